@@ -48,8 +48,6 @@ from math import isfinite
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.atomic import write_npz, write_text
@@ -68,6 +66,7 @@ from fe_models.files.models import load_model
 from fe_models.files.recording_checks import check_rates
 from fe_models.files.recording_parts import read_recordings
 from fe_models.files.result_set import ResultSet, finish_exchanges
+from fe_models.files.shared_samples import shared_stretches
 from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
@@ -98,7 +97,7 @@ def load_dataset(path: str | Path, dead_channels: bool = False) -> Dataset:
     assumptions = read_assumptions(document, where, surroundings, faults)
     if header is None or model is None:
         raise InputError(faults)
-    faults += [f"{where} {fault}" for fault in _tested_on_training_data(read.recordings)]
+    faults += [f"{where} {fault}" for fault in shared_stretches(read.recordings)]
     raise_faults(faults)
     rate, lowpass = header.sampling_rate, header.lowpass
     dataset = Dataset(model, rate, sensors, read.recordings, lowpass, assumptions, read.notes, modes)
@@ -112,16 +111,6 @@ def _with_note_on_rates(dataset: Dataset) -> Dataset:
     rates = " and ".join(f"{rate:g}" for rate in dataset.sampling_rates)
     note = f"recordings were sampled at {rates} Hz: what needs one rate takes the lowest, below a stated lowpass"
     return replace(dataset, notes=(*dataset.notes, note))
-
-
-def _tested_on_training_data(recordings: tuple[Recording, ...]) -> list[str]:
-    """Return a fault for each test recording whose samples are also those of a training recording."""
-    return [
-        f"recording {test.name!r} is for testing, but holds the same samples as {train.name!r}, which is trained on"
-        for test in recordings
-        for train in recordings
-        if test.role == "test" and train.role == "train" and np.array_equal(test.data, train.data)
-    ]
 
 
 def dataset_in(folder: Path, writer: str = "simulate") -> ResultSet:

@@ -10,7 +10,7 @@ from fe_models.base_motion import BaseDirection, BaseMotion, rigid_motion, unit_
 from fe_models.directions import AnyDirection, components
 from fe_models.dof_map import DofMap
 from fe_models.errors import noting
-from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place
+from fe_models.files.recording_checks import UNITS, UNITS_BESIDE, check_place, size_faults
 from fe_models.files.recording_files import load_force
 from fe_models.files.tables import Table, read_list, read_table
 from fe_models.recordings import Excitation, Load
@@ -132,4 +132,6 @@ def _read_values(
         faults.append(f"{where}: {file}: {len(values)} values for {checked.samples} samples; one a sample is needed")
     if np.isinf(values).any():
         faults.append(f"{where}: {file}: holds infinite values")
-    return values
+    wrong = size_faults(values[:, None], [f"{where}: {file}"])
+    faults.extend(wrong)
+    return None if wrong else values

@@ -20,6 +20,7 @@ from typing import Any, Literal
 import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
+from fe_models.files.recording_checks import HIGHEST_RATE, LOWEST_RATE
 from fe_models.files.tables import Table, at, read_list, read_table
 from fe_models.mode_estimate import ModeEstimate
 from fe_models.recordings import Recording
@@ -85,6 +86,8 @@ def _faults(row: _ModeTable, table: Table, sensors: int) -> list[str]:
     faults = []
     if row.frequency <= 0:
         faults.append(f"frequency = {row.frequency:g} Hz; must be positive")
+    elif not LOWEST_RATE <= row.frequency <= HIGHEST_RATE:
+        faults.append(f"frequency = {row.frequency:g} Hz; expected {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz")
     if row.damping_ratio is not None and not 0 <= row.damping_ratio < 1:
         faults.append(f"damping_ratio = {row.damping_ratio:g}; expected 0 <= ratio < 1 (0.01 is 1 %)")
     stds = {"frequency": row.frequency_std, "damping_ratio": row.damping_std, "shape": row.shape_std}

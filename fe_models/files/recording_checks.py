@@ -3,7 +3,7 @@
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import replace
-from math import pi
+from math import inf, isinf, pi
 
 import numpy as np
 
@@ -16,6 +16,10 @@ from fe_models.spectra import line_frequencies, power_spectrum
 
 MIN_SAMPLES = 32
 """Six samples in the first fifth, from which initial states are found, is the least that distinguishes two modes."""
+
+LOWEST_RATE, HIGHEST_RATE = 1e-6, 1e9  # Hz: a sample in eleven days, and a nanosecond apart
+SMALLEST_SIGNAL, LARGEST_SIGNAL = 1e-15, 1e15
+"""Sizes of a channel's largest sample, in SI units or normalised, whose squares single precision holds."""
 
 READS_ZERO = "the sensor would read zero"  # at a place that a support holds
 
@@ -98,11 +102,28 @@ def check_sensors(sensors: list[Sensor]) -> list[str]:
 def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
     """Return faults of the two frequencies (Hz)."""
     faults = [] if sampling_rate > 0 else [f"sampling_rate = {sampling_rate:g} Hz; must be positive"]
-    if lowpass is not None and lowpass <= 0:
+    if sampling_rate > 0 and not (LOWEST_RATE <= sampling_rate <= HIGHEST_RATE or isinf(sampling_rate)):
+        faults.append(f"sampling_rate = {sampling_rate:g} Hz; expected {LOWEST_RATE:g} to {HIGHEST_RATE:g} Hz")
+    if lowpass is not None and not 0 < lowpass < inf:
         faults.append(f"lowpass = {lowpass:g} Hz; must be positive, or left out")
     elif lowpass is not None and sampling_rate > 0 and lowpass >= sampling_rate / 2:
         limit = f"half the sampling_rate, {sampling_rate / 2:g} Hz"
         faults.append(f"lowpass = {lowpass:g} Hz is not below {limit}: a wrong sampling rate for its low-pass")
+    return faults
+
+
+def size_faults(values: FloatArray, names: Sequence[str]) -> list[str]:
+    """Return a fault for each column of ``values`` (..., column) that is too large, or too small, to compute with."""
+    faults = []
+    for name, column in zip(names, np.moveaxis(values, -1, 0), strict=True):
+        sizes = np.where(np.isfinite(column), abs(column), 0.0).ravel()
+        place = int(np.argmax(sizes)) if sizes.size else 0
+        largest = sizes[place] if sizes.size else 0.0
+        if largest and not SMALLEST_SIGNAL <= largest <= LARGEST_SIGNAL:
+            faults.append(
+                f"{name}: its largest value is {largest:g} (number {place + 1}); expected {SMALLEST_SIGNAL:g} to"
+                f" {LARGEST_SIGNAL:g} in SI units: a wrong unit or factor, or a broken sample?"
+            )
     return faults
 
 

@@ -8,7 +8,7 @@ from fe_models.errors import noting
 from fe_models.files.dataset_parts import Channels, Surroundings, modes_alone
 from fe_models.files.gaps import Mended, mended
 from fe_models.files.known_motion import KNOWN_MOTION, Checked, excitation_faults, named_columns, read_known_motion
-from fe_models.files.recording_checks import check_data, check_rates
+from fe_models.files.recording_checks import check_data, check_rates, size_faults
 from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
 from fe_models.files.tables import Table, at, read_list, read_table
 from fe_models.recordings import Excitation, Recording
@@ -101,7 +101,13 @@ def _read_file(
     path, rate = surroundings.folder / row.file, surroundings.sampling_rate
     loads = {key for file, key in load_columns if file == row.file}
     found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads, channels.units)
-    return None if found is None else replace(found, data=found.data * channels.factors)
+    if found is None:
+        return None
+    data = found.data * channels.factors
+    names = [f"{where}: {row.file}: channel {name!r}" for name in channels.names]
+    wrong = size_faults(data, names)
+    faults.extend(wrong)
+    return None if wrong else replace(found, data=data)
 
 
 def _mended(

@@ -9,6 +9,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, noting, raise_faults
+from fe_models.files.recording_checks import LARGEST_SIGNAL
+from fe_models.files.size_limit import check_bytes, require_file
 from fe_models.linear import ModalModel
 
 COLUMNS = ("node", "direction", "displacement", "velocity")
@@ -28,6 +30,8 @@ class NodalState:
 
 def read_nodal_state(path: Path, modal: ModalModel) -> NodalState:
     """Read a CSV file with the columns node, direction, displacement and velocity; `InputError` with all its faults."""
+    require_file(path)
+    check_bytes(path.stat().st_size, path)
     try:
         with path.open(newline="", encoding="utf-8-sig") as file:
             reader = csv.reader(file)
@@ -63,8 +67,8 @@ def _read_row(header: list[str], cells: list[str], dofs: DofMap) -> tuple[int, f
     except ValueError:
         what = "a whole number, a direction and two numbers with decimal points"
         raise InputError(f"expected {what}, found {','.join(cells)}") from None
-    if not np.isfinite([displacement, velocity]).all():
-        raise InputError("holds values that are not finite")
+    if not max(abs(displacement), abs(velocity)) <= LARGEST_SIGNAL:  # nor is it a number then
+        raise InputError(f"holds values that are not finite, or beyond {LARGEST_SIGNAL:g} in SI units")
     try:
         row = dofs.row(node, direction)
     except KeyError as error:
