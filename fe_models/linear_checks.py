@@ -73,6 +73,20 @@ def negative_stiffness_faults(model: LinearModel) -> list[str]:
     ]
 
 
+def energy_faults(model: LinearModel) -> list[str]:
+    """Return a fault where damping feeds energy into some motion of a small model: v^T C v is below zero."""
+    size = model.mass.shape[0]
+    if size > LARGEST_EIGENVALUE_CHECK or not (model.damping.nnz or model.has_modal_damping):
+        return []
+    damping = full_damping(model) if model.has_modal_damping else model.damping.toarray()
+    scale = 1 / np.sqrt(np.maximum(abs(damping.diagonal()), 1e-6 * abs(damping).max(initial=1e-300)))
+    values, shapes = eigh((damping + damping.T) / 2 * np.outer(scale, scale), subset_by_index=[0, 0])
+    if values[0] >= -SYMMETRY_TOLERANCE * size:
+        return []
+    most = dof_name(model.dofs, int(np.argmax(np.abs(shapes[:, 0] * scale))))
+    return [f"C feeds energy into some motion, most of all {most}: free vibration would grow"]
+
+
 def _size(matrix: csr_array) -> str:
     return " x ".join(str(length) for length in matrix.shape)
 

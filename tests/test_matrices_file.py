@@ -1,5 +1,6 @@
 """Linear models from matrices: exact round trips, the same model from each format, and every fault named."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 from scipy.io import mmwrite
 from scipy.sparse import csr_array
 
+from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dof_map import DofMap
@@ -238,3 +240,26 @@ def test_a_damper_may_take_away_from_modal_damping() -> None:
     assert not any("negative damping" in fault for fault in check_linear_model(loose))
     both = replace(taken, modal_ratios=(), stiffness=csr_array(-taken.stiffness))
     assert {fault.split(" has")[0] for fault in check_linear_model(both)} == {"C", "K"}
+
+
+@pytest.mark.parametrize(
+    ("arrays", "fault"),
+    [
+        ({"modal_ratios": np.array([np.nan])}, "modal_ratios: nan is no damping ratio"),
+        ({"modal_ratios": np.array([9.0])}, "modal_ratios: 9 is no damping ratio"),
+        ({"replaced_ratios": np.array([[1.0, -0.1]])}, "replaced_ratios: -0.1 is no damping ratio"),
+        ({"replaced_ratios": np.array([[0.0, 0.1]])}, "no table of mode, from 1, and ratio"),
+        ({"C": np.array([[1.0, 2.0], [2.0, 1.0]])}, "C feeds energy into some motion, most of all node"),
+        ({"K": np.diag([1e200, 1.0])}, "K holds numbers beyond 1e+30"),
+    ],
+)
+def test_damping_that_is_none_is_refused(arrays: dict[str, FloatArray], fault: str, tmp_path: Path) -> None:
+    np.savez(tmp_path / "m.npz", **(ARRAYS | arrays))  # type: ignore[arg-type]
+    with pytest.raises(InputError, match=re.escape(fault)):
+        load_linear_model(tmp_path / "m.npz")
+
+
+def test_gyroscopic_terms_feed_no_energy(tmp_path: Path) -> None:
+    """Their work is zero: C may be skew."""
+    np.savez(tmp_path / "m.npz", **(ARRAYS | {"C": np.array([[0.1, 2.0], [-2.0, 0.1]])}))  # type: ignore[arg-type]
+    assert load_linear_model(tmp_path / "m.npz").damping[0, 1] == 2.0

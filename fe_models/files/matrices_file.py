@@ -27,6 +27,7 @@ from fe_models.files.atomic import write_npz
 from fe_models.files.matrix_parts import Dof, MatrixParts, assemble_model
 from fe_models.linear import LinearModel, MatrixGroup
 from fe_models.rigid_links import Linked
+from fe_models.value_limits import LARGEST
 
 LARGEST_DENSE = 1000  # rows; larger matrices are saved as sparse parts
 SPARSE_PARTS = ("data", "indices", "indptr", "shape")
@@ -182,4 +183,9 @@ def _npz_dofs(arrays: Arrays, prefix: str, where: str, faults: list[str]) -> lis
 
 
 def _numbers(arrays: Arrays, name: str, where: str, faults: list[str]) -> FloatArray | None:
-    return noting(faults, "", pick_array, arrays, name, where)
+    """Return an array of numbers; None, with the fault noted, where it is none, or too large to compute with."""
+    values = noting(faults, "", pick_array, arrays, name, where)
+    if values is None or not (abs(values[np.isfinite(values)]) > LARGEST).any():
+        return values
+    faults.append(f"{where}: {name} holds numbers beyond {LARGEST:g}, the largest: are its units SI?")
+    return None

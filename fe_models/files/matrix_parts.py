@@ -1,6 +1,7 @@
 """A linear model from matrices and the places of their rows, whatever file these come from; all faults at once."""
 
 from collections import Counter
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import get_args
 
@@ -11,7 +12,7 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.dof_map import DofMap
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, MatrixGroup
-from fe_models.linear_checks import check_linear_model
+from fe_models.linear_checks import check_linear_model, energy_faults
 from fe_models.rigid_links import Linked, rigidly_linked
 from fe_models.structure import Direction
 
@@ -57,20 +58,23 @@ def assemble_model(where: str, parts: MatrixParts) -> LinearModel:
     faults += linked.faults(everywhere, len(dofs))
     raise_faults(f"{where}: {fault}" for fault in faults)
     pairs = _replaced(parts.replaced_ratios, faults)
+    ratios = () if parts.modal_ratios is None else tuple(parts.modal_ratios.ravel().tolist())
+    faults += _ratio_faults("modal_ratios", ratios, -1) + _ratio_faults("replaced_ratios", [xi for _, xi in pairs], 0)
     model = LinearModel(
         parts.mass,
         csr_array(parts.mass.shape) if parts.damping is None else parts.damping,
         parts.stiffness,
         linked.joined(_dof_map(everywhere, free), len(dofs)),
         parts.nodes,
-        () if parts.modal_ratios is None else tuple(parts.modal_ratios.ravel().tolist()),
+        ratios,
         pairs,
         parts.groups,
         parts.lines,
     )
     names = Counter(group.name for group in parts.groups)
     faults += [f"group {name!r} is given {count} times" for name, count in names.items() if count > 1]
-    raise_faults(f"{where}: {fault}" for fault in [*faults, *check_linear_model(model)])
+    faults += check_linear_model(model)
+    raise_faults(f"{where}: {fault}" for fault in faults or energy_faults(model))
     return model
 
 
@@ -85,10 +89,16 @@ def _dof_map(everywhere: list[Dof], free: set[Dof]) -> DofMap:
 def _replaced(table: FloatArray | None, faults: list[str]) -> tuple[tuple[int, float], ...]:
     if table is None:
         return ()
-    if table.ndim != 2 or table.shape[1] != 2 or not np.isfinite(table).all():
-        faults.append(f"replaced_ratios is no table of mode and ratio; it has shape {table.shape}")
+    if table.ndim != 2 or table.shape[1] != 2 or not np.isfinite(table).all() or (table[:, 0] < 1).any():
+        faults.append(f"replaced_ratios is no table of mode, from 1, and ratio; it has shape {table.shape}")
         return ()
     return tuple((int(mode), float(ratio)) for mode, ratio in table)
+
+
+def _ratio_faults(name: str, ratios: Iterable[float], least: int) -> list[str]:
+    """Return a fault for each number that is no damping ratio; one below 0 takes away from what C gives."""
+    wrong = [ratio for ratio in ratios if not (least < ratio < 1 or ratio == 0)]
+    return [f"{name}: {ratio:g} is no damping ratio; expected {least} <= ratio < 1 (0.01 is 1 %)" for ratio in wrong]
 
 
 def _dof_faults(dofs: list[Dof]) -> list[str]:
