@@ -57,6 +57,12 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
     return replace(given, omega=given.omega[kept], damping_ratio=ratios[kept], shapes=given.shapes[:, kept])
 
 
+def require_mode_in_band(dataset: Dataset) -> None:
+    """Raise `InputError` where recordings cannot show a single mode of the model: a wrong rate, or wrong units."""
+    if dataset.recordings:
+        nominal_modes(dataset, 1)
+
+
 def damping_ratios(assumed: float | tuple[float, ...], count: int) -> FloatArray:
     """Return the damping ratios (mode,) of the first ``count`` modes, from one number or a list."""
     ratios = np.atleast_1d(np.asarray(assumed, dtype=float))

@@ -1,6 +1,7 @@
 """Recordings as they come: unequal, dead or saturated channels, few of them; what is unusable is refused at once."""
 
 import json
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,6 +20,8 @@ from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
+from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.unit_check import other_sizes
@@ -218,3 +221,10 @@ def test_copies_of_a_recording_count_once_where_recordings_are_left_out_in_turn(
     setting = setting_of(replace(CASE, recordings=five))
     assert [r.name for r in setting.dataset.recordings] == ["r01", "copy0"]
     assert setting.notes[0] == "3 of the recordings are copies of others and left out"
+
+
+@pytest.mark.parametrize("search", [diagnose, diagnose_modes])
+def test_a_rate_at_which_no_mode_shows_is_named(search: Callable[[Dataset], object]) -> None:
+    """Such as a time step in the place of a rate; no cause would explain what is then seen."""
+    with pytest.raises(InputError, match=r"no natural frequency lies below 0.01 Hz .*check sampling_rate"):
+        search(replace(CASE, sampling_rate=0.02))

@@ -12,6 +12,7 @@ from time import perf_counter
 
 from fe_models.causes.laws import force_laws
 from fe_models.errors import InputError
+from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
@@ -34,6 +35,7 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
     """
     if not dataset.modes:
         dataset.require_recordings("a diagnosis")
+    require_mode_in_band(dataset)
     begun, tell = perf_counter(), advance or (lambda _: None)
     return replace(_answer(dataset, tell), seconds=perf_counter() - begun)
 

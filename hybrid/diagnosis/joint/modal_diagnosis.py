@@ -14,6 +14,7 @@ from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.known import Channel
 from fe_models.causes.places import Motion
 from fe_models.linear import LinearModel
+from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
@@ -40,6 +41,7 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 
     `InputError` where the dataset has no structure, or no recording shows a mode of it.
     """
+    require_mode_in_band(dataset)
     begun, tell = perf_counter(), advance or (lambda _: None)
     return replace(diagnosed(look_at(dataset, tell), tell), seconds=perf_counter() - begun)
 
