@@ -4,13 +4,16 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
+from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from fe_models.recordings import Assumptions, Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
+from fe_models.simulation_size import length_faults
 from fe_models.synthetic import train_and_test
 
 PAPER_MEASURED = ("x4", "a1", "a3", "a4")
 PAPER_NOISE = 0.03
+DURATION, SAMPLING_RATE = 50.0, 10.0  # s, Hz
 PAPER_UNITS: dict[str, tuple[Quantity, str]] = {
     "x": ("displacement", "m"),
     "v": ("velocity", "m/s"),
@@ -32,17 +35,18 @@ def paper_dataset(
     and the others held out. Without ``rng``, the authors' legacy generator with seed 0, which for 1000 realisations
     gives their numbers; any other draws another set.
     """
+    raise_faults(length_faults(DURATION, SAMPLING_RATE, columns=12 * realisations))
     rng = rng or np.random.RandomState(0)  # the legacy generator: only it gives the authors' numbers
     start = rng.randn(8, realisations)  # a column a realisation: four displacements, four velocities
     truth = four_dof(cubic_stiffness)
-    motion = simulate_free(truth, start[:4].T, start[4:].T, FreeConfig(duration=50.0, sampling_rate=10.0), (), progress)
+    motion = simulate_free(truth, start[:4].T, start[4:].T, FreeConfig(DURATION, SAMPLING_RATE), (), progress)
     channels = [
         _noisy(x, v, a, rng) for x, v, a in zip(motion.displacement, motion.velocity, motion.acceleration, strict=True)
     ]
     data = np.stack(channels)  # (realisation, time, sensor)
     return Dataset(
         model=four_dof(),
-        sampling_rate=10.0,
+        sampling_rate=SAMPLING_RATE,
         sensors=paper_sensors(),
         recordings=train_and_test(data),
         assumptions=Assumptions(modal_model=modal_model),

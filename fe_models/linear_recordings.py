@@ -25,6 +25,7 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
 from fe_models.sensing import seen
+from fe_models.simulation_size import length_faults
 from fe_models.statics import PointLoad
 from fe_models.synthetic import OVERSAMPLING, Acquisition
 
@@ -67,7 +68,9 @@ def released_recordings(
     """Return one recording for each of the ``releases`` of pulls, ``duration`` (s) each; of several the last is for
     testing. `InputError` with all faults.
     """
-    raise_faults(check_linear(model, releases, sensors, acquisition))
+    columns = OVERSAMPLING * len(releases) * (len(sensors) + MOST_MODES)
+    faults = length_faults(duration, acquisition.sampling_rate, columns=columns)
+    raise_faults([*check_linear(model, releases, sensors, acquisition), *faults])
     if not releases:
         raise InputError("there is nothing to release: give at least one pull")
     scene = _scene(model, sensors, acquisition)

@@ -20,6 +20,7 @@ from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
 from fe_models.progress import progress_bar
 from fe_models.response import Response
+from fe_models.simulation_size import length_faults
 from fe_models.statics import STANDARD_GRAVITY, PointLoad, load_vector, rest_state
 from fe_models.structure import Structure
 from fe_models.time_step import Integrator, free_step, time_step
@@ -228,8 +229,7 @@ def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
     """Return the grid of outputs, each interval split into the fewest equal steps of at most ``step``."""
     from fe_models.exudyn.solve import Steps
 
-    values = {"duration": duration, "sampling_rate": sampling_rate, "step": step}
-    raise_faults(f"{name} = {value}; must be positive" for name, value in values.items() if not 0 < value < np.inf)
+    raise_faults(length_faults(duration, sampling_rate, step))
     interval = 1 / sampling_rate
     outputs = round(duration * sampling_rate)
     if outputs < 1:

@@ -18,6 +18,7 @@ from fe_models.measurement import measure, noise_faults
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
 from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_driven, simulate_free, simulate_release
+from fe_models.simulation_size import length_faults
 from fe_models.statics import PointLoad, load_vector
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
@@ -75,6 +76,8 @@ def release_dataset(
         raise InputError("there is nothing to release: give at least one pull")
     raise_faults(check_release(structure, releases, sensors, acquisition))
     config = config or ReleaseConfig()
+    columns = len(releases) * len(structure_dofs(structure))
+    raise_faults(length_faults(config.duration, config.sampling_rate, config.step, columns))
     step = config.step if config.step is not None else time_step(structure, acquisition.band).step
     config = replace(config, duration=config.duration + acquisition.start, step=step)
     first = round(acquisition.start * acquisition.sampling_rate)
@@ -112,6 +115,8 @@ def free_dataset(
     """
     raise_faults(check_free(structure, sensors, acquisition))
     config = config or FreeConfig(sampling_rate=acquisition.sampling_rate)
+    columns = realisations * len(structure_dofs(structure))
+    raise_faults(length_faults(config.duration, config.sampling_rate, config.step, columns))
     start = rng.standard_normal((2, realisations, len(structure_dofs(structure).free_rows)))
     motion = simulate_free(structure, start[0], start[1], config, progress=progress)
     data = np.stack(

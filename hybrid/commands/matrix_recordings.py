@@ -12,7 +12,7 @@ from fe_models.linear import LinearModel
 from fe_models.linear_recordings import check_linear, driven_recordings, released_recordings
 from fe_models.recordings import Dataset
 from hybrid.commands.recording_options import RecordingOptions
-from hybrid.commands.recordings import acquisition_of, all_of, base_direction, base_values, loads_of_pull, sensor_of
+from hybrid.commands.recordings import acquisition_of, all_of, base_direction, base_values, loads_of_pull, sensors_of
 
 DURATION = 20.0  # s, as of frames
 LINEAR = "is not for matrices, which move linearly: they take --pull or --base, --sensor, rates and noise"
@@ -21,7 +21,7 @@ LINEAR = "is not for matrices, which move linearly: they take --pull or --base, 
 def matrix_recordings(model: LinearModel, given: RecordingOptions, seed: int) -> Callable[[], Dataset]:
     """Check the options on recordings, all at once, and return the simulation that they ask for."""
     faults = given.useless("cubic_stiffness", "modal_model", "gravity", "step", "realisations", because=LINEAR)
-    sensors = all_of(given.sensor or (), sensor_of, faults)
+    sensors = sensors_of(given, faults)
     if not given.sensor:
         faults.append("recordings need sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
     acquisition, rng = acquisition_of(given, 100.0, 0.0 if given.base else 30.0, faults), np.random.default_rng(seed)

@@ -1,6 +1,7 @@
 """Simulated recordings as the options of a command describe them: parsed, checked all at once, then made."""
 
 import sys
+from collections import Counter
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import partial
@@ -21,6 +22,7 @@ from fe_models.files.known_motion import BASE_UNITS, SI_UNIT
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.recording_checks import UNITS
 from fe_models.files.recording_files import load_force
+from fe_models.files.size_limit import file_fault
 from fe_models.four_dof_data import paper_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
@@ -37,6 +39,7 @@ from fe_models.synthetic import (
     release_dataset,
 )
 from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, free_step, time_step
+from fe_models.value_limits import number_fault
 from hybrid.commands.models import NO_DAMPING
 from hybrid.commands.recording_options import RecordingOptions
 
@@ -60,7 +63,7 @@ def structure_recordings(model: str, subject: Structure, given: RecordingOptions
         return _paper_chain(given, seed)
     faults = given.useless("cubic_stiffness", because="is for four_dof; write effects into the structure file")
     faults += given.useless("modal_model", because="is for four_dof; name it in your dataset's [simulation] instead")
-    sensors = all_of(given.sensor or (), sensor_of, faults)
+    sensors = sensors_of(given, faults)
     if model == "bridge" and not given.sensor:
         sensors = bridge_sensors(unit="m/s^2")
     elif not given.sensor:
@@ -161,7 +164,7 @@ def base_direction(text: str) -> BaseDirection:
 
 def base_values(text: str) -> FloatArray:
     """Return the values of FILE[:COLUMN]."""
-    file, _, column = text.partition(":") if not Path(text).is_file() else (text, "", "")
+    file, _, column = text.partition(":") if file_fault(Path(text)) else (text, "", "")
     return load_force(Path(file), column or None)
 
 
@@ -211,7 +214,7 @@ def _noise(texts: list[str]) -> float | dict[str, float]:
     for text in texts:
         number, _, unit = text.strip().partition(" ")
         try:
-            found[unit.strip()] = float(number)
+            found[unit.strip()] = _number(number)
         except ValueError:
             raise InputError(
                 f'--noise {text}: expected a number, such as 0.02, or one with a unit, "0.01 m/s^2"'
@@ -243,10 +246,18 @@ def loads_of_pull(text: str) -> tuple[PointLoad, ...]:
     for part in text.split("+"):
         try:
             node, direction, force = part.split(":")
-            loads.append(PointLoad(int(node), _one_of(DIRECTIONS, direction), float(force)))
+            loads.append(PointLoad(int(node), _one_of(DIRECTIONS, direction), _number(force)))
         except ValueError:
             raise InputError(f"--pull {text}: expected NODE:DIRECTION:FORCE, such as 19:y:-9.81, joined by +") from None
     return tuple(loads)
+
+
+def sensors_of(given: RecordingOptions, faults: list[str]) -> tuple[Sensor, ...]:
+    """Return the sensors of the option, noting those that cannot be read and those that are given twice."""
+    sensors = all_of(given.sensor or (), sensor_of, faults)
+    times = Counter(sensor.name for sensor in sensors)
+    faults += [f"--sensor: {name} is given {count} times; once is enough" for name, count in times.items() if count > 1]
+    return sensors
 
 
 def sensor_of(text: str) -> Sensor:
@@ -265,6 +276,14 @@ def sensor_of(text: str) -> Sensor:
         )
     name = f"{quantity[0]}{node}{direction if isinstance(direction, str) else f'({parts[1]})'}"
     return Sensor(name, node, direction, quantity, UNITS[quantity, direction in ROTATIONS], role)
+
+
+def _number(text: str) -> float:
+    """Return the number in a text; `ValueError` where it is none that can be computed with."""
+    number = float(text)
+    if number_fault(number):
+        raise ValueError(number_fault(number))
+    return number
 
 
 def _one_of(known: tuple[Word, ...], text: str) -> Word:
