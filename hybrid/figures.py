@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from math import ceil
 from pathlib import Path
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import numpy as np
 
@@ -49,9 +50,12 @@ def figure(
     from matplotlib.figure import Figure
 
     rows, on_page = ceil(panels / columns), path.suffix == ".svg"
-    look = mpl.rc_context({"axes.spines.top": False, "axes.spines.right": False, "font.size": 9})
-    texts = mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "page"})  # stay texts; same figure, same file
-    with look, texts:
+    look: dict[str, Any] = {"axes.spines.top": False, "axes.spines.right": False, "font.size": 9}
+    look |= {"svg.fonttype": "none", "svg.hashsalt": "page"}  # texts stay texts; the same figure is the same file
+    with mpl.rc_context(), catch_warnings():
+        simplefilter("ignore", UserWarning)  # of letters that the font lacks, in somebody's names
+        mpl.rcdefaults()  # whatever a user's matplotlibrc asks for, such as LaTeX
+        mpl.rcParams.update(look)  # type: ignore[arg-type]  # of texts that are names of settings
         inches = list(widths) if widths else [PANEL_WIDTH] * columns
         sheet = Figure(figsize=(sum(inches), PANEL_HEIGHT * rows + 0.9), layout="constrained", dpi=130)
         axes = sheet.subplots(rows, columns, squeeze=False, width_ratios=inches).ravel().tolist()
@@ -62,8 +66,25 @@ def figure(
         yield sheet, axes[:panels]
         for line in (line for axis in axes[:panels] for line in axis.lines):
             line.set_rasterized(on_page and len(line.get_xdata()) > MOST_POINTS)
+        _take_literally(sheet)
         with writing(path) as temporary:
             sheet.savefig(temporary, **({"transparent": True} if on_page else {}))
+
+
+def _take_literally(sheet: Any) -> None:
+    """Draw all texts of a figure as they are, names with "$" or "_" among them; numbers at axes may be formulas."""
+    from matplotlib.text import Text
+    from matplotlib.ticker import FixedFormatter
+
+    numbers = {
+        id(label)
+        for axes in sheet.axes
+        for side in (axes.xaxis, axes.yaxis)
+        if not isinstance(side.get_major_formatter(), FixedFormatter)
+        for label in side.get_ticklabels(which="both")
+    }
+    for text in sheet.findobj(Text):
+        text.set_parse_math(id(text) in numbers)
 
 
 def draw_curves(path: Path, time: FloatArray, curves: Curves, labels: Sequence[str], title: str) -> Path:

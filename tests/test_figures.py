@@ -11,7 +11,16 @@ import numpy as np
 import pytest
 
 from fe_models.arrays import FloatArray
-from hybrid.figures import STYLES, channel_labels, clearest_span, draw_channels, draw_curves, draw_latent, draw_loop
+from hybrid.figures import (
+    STYLES,
+    channel_labels,
+    clearest_span,
+    draw_channels,
+    draw_curves,
+    draw_latent,
+    draw_loop,
+    figure,
+)
 from hybrid.training.gradient_training import EpochResult
 from hybrid.training.training_figure import draw_history
 from tests.hybrid_problems import SENSORS
@@ -179,3 +188,25 @@ def test_a_drawing_leaves_matplotlib_as_it_was(tmp_path: Path) -> None:
     before = {**matplotlib.rcParams, "backend": None}  # which is looked for at the first drawing
     draw_curves(tmp_path / "a.png", TIME, curves(2, "hybrid"), ["A1", "A2"], "t")
     assert {**matplotlib.rcParams, "backend": None} == before
+
+
+@pytest.mark.parametrize("suffix", ["png", "svg"])
+def test_any_name_is_drawn_as_it_is(suffix: str, sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+    """Whatever a user's matplotlibrc asks for: LaTeX would read commands in names, and is seldom there."""
+    names = [r"$\frac{", "a_$b$_c", "100 %", r"C:\temp\new", "日本"]
+    with matplotlib.rc_context({"text.usetex": True, "font.size": 40}):
+        path = draw_curves(tmp_path / f"names.{suffix}", TIME, curves(5, "measured"), names, "$x_")
+    (sheet,) = sheets
+    assert [axis.get_ylabel() for axis in sheet.axes] == names
+    assert not any(text.get_parse_math() for axis in sheet.axes for text in (axis.yaxis.label, axis.xaxis.label))
+    if suffix == "svg":
+        assert all(name in path.read_text(encoding="utf-8") for name in (r"$\frac{", "a_$b$_c"))
+
+
+def test_powers_at_axes_stay_formulas(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+    with figure(tmp_path / "log.png", 1, 1, "") as (_, (axis,)):
+        axis.semilogy([1.0, 1e6])
+    (sheet,) = sheets
+    labels = [label for label in sheet.axes[0].yaxis.get_ticklabels() if "mathdefault" in label.get_text()]
+    assert labels
+    assert all(label.get_parse_math() for label in labels)

@@ -17,7 +17,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.linear import ModalModel
-from fe_models.pictures import symbols
+from fe_models.pictures import render, symbols
 from fe_models.pictures.captions import digits, exaggeration, pace, readable
 from fe_models.pictures.drawing import LIGHT, RAMP, Picture, Text, ramp, stroke
 from fe_models.pictures.figure import Figure, Panel, Shape
@@ -342,3 +342,10 @@ def test_import_needs_no_graphics() -> None:
     heavy = "'pyvista', 'vtk', 'torch', 'exudyn'"
     code = f"import sys, fe_models.pictures.render; sys.exit(any(name in sys.modules for name in ({heavy})))"
     subprocess.run([sys.executable, "-c", code], cwd=ROOT, check=True)
+
+
+def test_names_with_signs_of_formulas_are_drawn_as_they_are() -> None:
+    """VTK reads a formula between two dollar signs, and draws nothing where there is none."""
+    for name in ("$x$", r"$\frac{$", "a$b$c"):
+        drawn = render._text(Text(name, 0.0, 0.0, 20))
+        assert drawn.input == name.replace("$", r"\$")

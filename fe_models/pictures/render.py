@@ -275,7 +275,8 @@ def _text(text: Text) -> Any:
     import pyvista
     from matplotlib import get_data_path
 
-    actor = pyvista.Text(text.text, position=(text.x, text.y))
+    literal = text.text.replace("$", r"\$")  # else VTK reads a formula between two of them
+    actor = pyvista.Text(literal, position=(text.x, text.y))
     look = actor.prop
     look.set_font_file(str(Path(get_data_path(), "fonts/ttf", f"DejaVuSans{'-Bold' * text.bold}.ttf")))
     look.font_size = text.size
