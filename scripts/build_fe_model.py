@@ -4,10 +4,10 @@ from typing import Annotated
 
 import typer
 
-from fe_models.errors import bad_input_exits, raise_faults
+from fe_models.errors import raise_faults
 from fe_models.files.dataset_file import dataset_in, write_dataset
 from hybrid.commands.any_recordings import recordings_of
-from hybrid.commands.console import new_app
+from hybrid.commands.console import command_line, new_app
 from hybrid.commands.models import model_in, open_model, write_model
 from hybrid.commands.option_groups import with_option_groups
 from hybrid.commands.options import Model, Modes, Out, Pictures, Refine, Seed
@@ -41,7 +41,7 @@ def main(
       python scripts/build_fe_model.py frame.toml --out runs/frame --refine 4 \\
           --simulate --pull 3:x:100 --sensor 2:x
     """
-    with bad_input_exits():
+    with command_line(quiet=False):
         results, simulated = model_in(out), dataset_in(out)
         subject = open_model(model, refine, [results, simulated] if simulate else [results], given.modal_model)
         if not simulate:

@@ -9,7 +9,7 @@ import typer
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.bridge import bridge
-from fe_models.errors import InputError, bad_input_exits, noting, raise_faults
+from fe_models.errors import InputError, noting, raise_faults
 from fe_models.files.bridge_recordings import bridge_sensors, write_bridge_dataset
 from fe_models.files.dataset_file import dataset_in, load_dataset, write_dataset
 from fe_models.files.inputs import files_read
@@ -18,6 +18,7 @@ from fe_models.recordings import Dataset
 from fe_models.simulation import ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.synthetic import Acquisition, release_dataset
+from hybrid.commands.console import command_line, new_app
 from hybrid.config import Config, TrainingConfig
 from hybrid.training.run import results_in
 from hybrid.training.session import check_device, open_run, score, train
@@ -34,7 +35,7 @@ SEED = 0
 STEP = 1e-3  # s; the demo is to take a minute or two, and nothing in it turns on frequencies to a part in ten thousand
 FRAMES = 125  # of the animation, at most
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = new_app()
 
 
 @app.command()
@@ -54,7 +55,7 @@ def main(
     large displacements, cables that can go slack, and sensor noise. Seven accelerometers are used; the eighth, and the
     displacement of all nodes, are reconstructed and compared with the simulated truth.
     """
-    with bad_input_exits():
+    with command_line(quiet=False):
         faults = list[str]()
         noting(faults, "", check_device, device)
         noting(faults, "--out", results_in(out / "hybrid").check, files_read(data / "dataset.toml") if data else ())

@@ -6,11 +6,11 @@ from typing import Annotated
 
 import typer
 
-from fe_models.errors import bad_input_exits, noting, raise_faults
+from fe_models.errors import noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
 from fe_models.progress import progress_bar, stage_bar
-from hybrid.commands.console import say
+from hybrid.commands.console import command_line, new_app, say
 from hybrid.diagnosis.answer import answer_in_words
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report_files import save_diagnosis
@@ -25,7 +25,7 @@ from hybrid.result_sets import comparison_in, diagnosis_in
 ANOTHER = 2  # the recording of another structure, as the comparison shows
 ALIKE = tuple(number for number in RECORDINGS if number != ANOTHER)
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = new_app()
 
 
 @app.command()
@@ -45,7 +45,7 @@ def main(
     OUT/comparison            comparison.txt, backbones.png, spectra.png
     OUT/test_r1 (r3, r4)      report.html, report.json, summary.txt, extended_model.toml, modes.png, what_is_wrong.png
     """
-    with bad_input_exits():
+    with command_line(quiet=False):
         chosen, faults = tests or ALIKE, list[str]()
         noting(faults, "--out", comparison_in(out / "comparison").check)
         for test in chosen:

@@ -7,9 +7,9 @@ from typing import Annotated, Any
 import typer
 
 from benchmarks.bridge import EXPANSIONS, score_splits
-from fe_models.errors import bad_input_exits
 from fe_models.files.atomic import write_json
 from fe_models.files.bridge_recordings import RECORDINGS
+from hybrid.commands.console import command_line, new_app
 from hybrid.config import Config, TrainingConfig, experts_preset
 
 NAMES = {
@@ -27,7 +27,7 @@ NRMSE of 500-sample windows (stride 20), each forecast whole from its first 10 s
 Hybrid and FE model never see A2. The realisation (20 states, 20 block rows) is identified from all eight channels and
 reads A2 too in a window's first samples; modal expansion is given the other seven at every instant."""
 
-app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+app = new_app()
 
 
 @app.command()
@@ -44,7 +44,7 @@ def main(
     of them lie inside the hybrid's bands; and the seconds that a split's training takes. Writes OUT/scores.json. Each
     expert is trained once for all splits, which takes two to three minutes for each on a busy core.
     """
-    with bad_input_exits():
+    with command_line(quiet=False):
         config = Config() if pooled else experts_preset()
         config = replace(config, training=replace(config.training, epochs=epochs))
         found = {f"r{test}": metrics for test, metrics in score_splits(data, out, RECORDINGS, config)}

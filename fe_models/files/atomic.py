@@ -5,17 +5,24 @@ Whatever interrupts the writing, the target holds either its old content or all 
 
 import json
 import os
+import re
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
+from errno import ENAMETOOLONG
 from pathlib import Path
 from secrets import token_hex
+from shutil import rmtree
 from tempfile import mkdtemp
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from fe_models.errors import InputError
+from fe_models.errors import InputError, OutputError
+
+TEMPORARY = re.compile(r"\..+-(\d{1,10})-[0-9a-f]{8}(\.\w+)?$")
+"""Names of the files that `writing` gives: the process that writes them is in them."""
+LONGEST_NAME = "x" * 48  # of a file among results, a temporary one
 
 
 @contextmanager
@@ -25,7 +32,7 @@ def writing(path: Path) -> Iterator[Path]:
     The temporary path has the suffix of ``path``, from which figure and animation writers take the format. Folders are
     made as needed. Raises `InputError` where ``path`` cannot be written.
     """
-    temporary = path.with_name(f".{path.stem}-{token_hex(4)}{path.suffix}")
+    temporary = path.with_name(f".{path.stem}-{os.getpid()}-{token_hex(4)}{path.suffix}")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give the name of a file to write")
     try:
@@ -37,27 +44,60 @@ def writing(path: Path) -> Iterator[Path]:
         with temporary.open("r+b") as file:
             os.fsync(file.fileno())
         temporary.replace(path)
-    except PermissionError as error:
-        raise InputError(f"{path}: cannot be written ({error.strerror}); choose another folder") from error
+    except OSError as error:
+        reason = error.strerror or str(error)
+        raise OutputError(f"{path}: cannot be written ({reason}); an older file of that name is as it was") from error
     finally:
-        temporary.unlink(missing_ok=True)
+        with suppress(OSError):
+            temporary.unlink(missing_ok=True)
+
+
+def remove_left(folder: Path) -> None:
+    """Remove from ``folder`` the temporary files of runs that were killed while they wrote."""
+    for path in folder.glob(".*-*-*") if folder.is_dir() else ():
+        left = TEMPORARY.match(path.name)
+        if left and not _is_alive(int(left[1])):
+            with suppress(OSError):
+                path.unlink()
+
+
+def _is_alive(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except ProcessLookupError:
+        return False
+    except (OSError, OverflowError):  # it is somebody else's, or no process
+        return True
+    return True
 
 
 def check_folder(path: Path) -> None:
     """Raise `InputError` where no results could be written into a folder ``path``, which need not be there yet."""
-    there = next((folder for folder in (path, *path.absolute().parents) if folder.exists()), path)
-    if not there.is_dir():
-        raise InputError(f"{path}: {there} is a file; give a folder for the results")
+    if "\0" in str(path):
+        raise InputError(f"{path}: is no name of a folder")
+    there = path
     try:
-        Path(mkdtemp(prefix=".new-", dir=there)).rmdir()  # its rights say too little: think of /proc
-    except OSError:
+        there = next((folder for folder in (path, *path.absolute().parents) if folder.exists()), path)
+        if not there.is_dir():
+            raise InputError(f"{path}: {there} is a file; give a folder for the results")
+        missing = path.absolute().relative_to(there.absolute()).parts
+        trial = Path(mkdtemp(prefix=".new-", dir=there))  # its rights say too little: think of /proc
+        try:
+            like_it = trial.joinpath(*missing)
+            like_it.mkdir(parents=True, exist_ok=True)
+            (like_it / LONGEST_NAME).touch()
+        finally:
+            rmtree(trial, ignore_errors=True)
+    except OSError as error:
+        if error.errno == ENAMETOOLONG:
+            raise InputError(f"{path}: its name is too long; choose a shorter one") from None
         raise InputError(f"{path}: nothing can be written into {there}; choose another folder") from None
 
 
 def write_text(path: Path, text: str) -> None:
     """Write ``text`` as UTF-8 with line ends as given."""
     with writing(path) as temporary:
-        temporary.write_bytes(text.encode())
+        temporary.write_bytes(text.encode(errors="backslashreplace"))  # names of files need not be Unicode
 
 
 def write_json(path: Path, content: Any) -> None:

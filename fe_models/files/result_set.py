@@ -18,9 +18,11 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from secrets import token_hex
 
-from fe_models.errors import InputError, raise_faults
-from fe_models.files.atomic import check_folder
+from fe_models.errors import InputError, OutputError, raise_faults
+from fe_models.files.atomic import check_folder, remove_left
 from fe_models.files.result_list import Files, digest, read_list, write_list
+from fe_models.files.run_guard import lock_folder, remember
+from fe_models.files.size_limit import file_fault
 
 NEW_PREFIX = ".new-"
 EXCHANGE_PREFIX = ".exchange-"
@@ -36,9 +38,13 @@ class ResultSet:
 
     def check(self, inputs: Iterable[Path] = ()) -> None:
         """Raise `InputError` with every reason why the results, made from ``inputs``, must not be written there."""
+        read = tuple(inputs)
         check_folder(self.folder)
+        lock_folder(self.folder)
+        remember(read)
         finish_exchanges(self.folder)
-        raise_faults(self._obstacles(self._makes, inputs))
+        remove_left(self.folder)
+        raise_faults(self._obstacles(self._makes, read))
 
     @contextmanager
     def replacing(self) -> Iterator[Path]:
@@ -72,7 +78,7 @@ class ResultSet:
             new.mkdir(parents=True)
             yield new
         except OSError as error:
-            raise InputError(f"{outcome} ({error.strerror or error})") from error
+            raise OutputError(f"{outcome} ({error.strerror or error})") from error
         except Exception as error:
             error.add_note(outcome)
             raise
@@ -99,7 +105,7 @@ class ResultSet:
 
     def _obstacles(self, makes: Callable[[str], bool], inputs: Iterable[Path] = ()) -> list[str]:
         """Return a fault for each reason why files must stay that a command which ``makes`` them would replace."""
-        sets, read = read_list(self.folder), [path for path in inputs if path.exists()]
+        sets, read = read_list(self.folder), [path for path in inputs if not file_fault(path)]
         own = sets.get(self.command, {})
         owners = {name: command for command, files in sets.items() for name in files if command != self.command}
         reasons = dict[str, list[str]]()

@@ -11,19 +11,47 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import typer
+from typer.core import TyperCommand
 
-from fe_models.errors import bad_input_exits
+from fe_models.errors import OutputError, bad_input_exits, printable, raise_faults
+from fe_models.value_limits import value_fault
+from hybrid.commands.streams import written_whatever
 
 if TYPE_CHECKING:
     from fe_models.recordings import Dataset
 
 
+WHOLE = "results written before are whole"
 INTERRUPTED_STATUS = 130  # of a command that Ctrl-C ends: 128 and the number of SIGINT
+
+
+class _Command(TyperCommand):
+    """A command whose options are numbers that can be computed with, and texts that can be printed."""
+
+    def invoke(self, context: Any) -> Any:
+        with bad_input_exits():
+            raise_faults(
+                f"{parameter.opts[0] if parameter.opts[0].startswith('-') else parameter.name} {fault}"
+                for parameter in self.params
+                if (fault := value_fault(_plain(context.params.get(parameter.name or ""))))
+            )
+        return super().invoke(context)
+
+
+class _Application(typer.Typer):
+    def command(self, name: str | None = None, **settings: Any) -> Any:
+        return super().command(name, **{"cls": _Command, **settings})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, list | tuple):
+        return [_plain(item) for item in value]
+    return str(value) if isinstance(value, Path) else value
 
 
 def new_app(completion: bool = False, help: str | None = None) -> typer.Typer:
     """Return an application with plain help: the richer one reads ":x:" in an example as the name of a picture."""
-    return typer.Typer(
+    return _Application(
         help=help,
         add_completion=completion,
         no_args_is_help=True,
@@ -43,19 +71,34 @@ def standalone(command: Callable[..., None]) -> typer.Typer:
 def command_line(quiet: bool) -> Iterator[Callable[[Path], None]]:
     """Run what a command does, and give what takes the path of its main result.
 
-    An `InputError` becomes one line a fault on stderr and exit status 2. With ``quiet`` there are no progress bars, and
-    the path is all that reaches stdout; otherwise the commands say themselves where their results are.
+    An `InputError` becomes one line a fault on stderr and exit status 2; a full disk, say, one line and status 1. With
+    ``quiet`` there are no progress bars, and the path is all that reaches stdout; otherwise the commands say themselves
+    where their results are.
     """
+    from fe_models.files.run_guard import guarded
     from fe_models.progress import silent  # loads tqdm
 
     results: list[Path] = []
-    with bad_input_exits(), interrupts_exit():
+    with written_whatever(), bad_input_exits(), failures_exit(), interrupts_exit(), guarded() as guard:
         if not quiet:
             yield results.append
-            return
-        with Path(os.devnull).open("w") as nowhere, silent(), redirect_stdout(nowhere):
-            yield results.append
-        print(*results, sep="\n", file=sys.stdout)
+        else:
+            with Path(os.devnull).open("w") as nowhere, silent(), redirect_stdout(nowhere):
+                yield results.append
+            print(*results, sep="\n", file=sys.stdout)
+        say(f"{path} was changed while this ran; the results are of what it held before" for path in guard.changed())
+
+
+@contextmanager
+def failures_exit() -> Iterator[None]:
+    """Turn what the machine refuses inside the block, disk or memory, into one line on stderr and exit status 1."""
+    try:
+        yield
+    except MemoryError:
+        raise OutputError(f"this takes more memory than the machine has; {WHOLE}") from None
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        raise OutputError(f"{where}{error.strerror or error}; {WHOLE}") from error
 
 
 @contextmanager
@@ -79,7 +122,7 @@ def interrupts_exit() -> Iterator[None]:
     except BaseException as error:
         if isinstance(error, SystemExit) or not (interrupted or isinstance(error, KeyboardInterrupt)):
             raise
-        print("Interrupted; results written before are whole.", file=sys.stderr)
+        print(f"Interrupted; {WHOLE}.", file=sys.stderr)
         raise SystemExit(INTERRUPTED_STATUS) from None
     finally:
         signal.signal(signal.SIGINT, before)
@@ -94,13 +137,13 @@ def given_options(context: typer.Context) -> dict[str, Any]:
 def print_notes(dataset: "Dataset") -> None:
     """Say what a user should know of how a dataset's files were read."""
     for note in dataset.notes:
-        print(f"Note: {note}.")
+        print(f"Note: {printable(note)}.")
 
 
 def say(notes: Iterable[str]) -> None:
     """Say what could not be made beside the main results."""
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        print(f"note: {printable(note)}", file=sys.stderr)
 
 
 def words_of(command: str, dataset: Path, out: Path) -> list[str]:

@@ -65,7 +65,8 @@ def predict(
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.files.run_folder import PREDICTION, load_run, run_files, save_prediction, save_run_model
-    from hybrid.training.checkpoint import load_checkpoint
+    from fe_models.simulation_size import length_faults
+    from hybrid.training.checkpoint import load_checkpoint, require_together
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
     from hybrid.training.run import CHECKPOINT, metrics_in
@@ -82,14 +83,20 @@ def predict(
         raise_faults(faults)
         checkpoint = load_checkpoint(run / CHECKPOINT)
         checkpoint.model.to(device)
-        model = load_run(run).model
-        samples = round(duration * checkpoint.origin.sampling_rate) + 1
+        whole_run = load_run(run)
+        require_together(checkpoint, whole_run, run)
+        rate = checkpoint.origin.sampling_rate
+        raise_faults(
+            f"--duration: {fault}"
+            for fault in length_faults(duration or 1 / rate, rate, columns=len(checkpoint.origin.modal.dofs))
+        )
+        samples = round(duration * rate) + 1
         if data is None:
             found = from_state(checkpoint, Path(str(initial)), samples)
         else:
             found = from_record(checkpoint, data, record, start, samples, whole)
         with results.replacing() as new:
-            save_run_model(model, checkpoint.origin.modal, new)
+            save_run_model(whole_run.model, checkpoint.origin.modal, new)
             save_prediction(prediction_of(found.hybrid, found.fe, checkpoint.origin, found.fe_initial), new)
             write_channels(found, checkpoint, new / CHANNELS)
         print("".join(f"Note: {note}.\n" for note in found.notes), end="")

@@ -1,6 +1,5 @@
 """Where an answer comes from: the command that repeats it, its inputs with their hashes, and what made it."""
 
-import hashlib
 import platform
 import shlex
 from collections.abc import Sequence
@@ -10,15 +9,16 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 from fe_models.files.inputs import files_read
+from fe_models.files.result_list import digest
+from fe_models.files.run_guard import remembered
 from hybrid.report.page import Block, Bullets, Cell, Heading, Paragraph, Table
 
 PACKAGES = ("hybrid-modal", "numpy", "scipy", "exudyn", "torch", "matplotlib")
-CHUNK = 1 << 20  # bytes
 
 
 @dataclass(frozen=True)
 class InputFile:
-    """A file that was read: its ``name``, ``size`` in bytes and SHA-256."""
+    """A file that was read: its ``name``, ``size`` in bytes and SHA-256 when the run began."""
 
     name: str
     size: int
@@ -68,13 +68,8 @@ def versions() -> tuple[tuple[str, str], ...]:
 
 
 def _input(path: Path, home: Path) -> InputFile:
-    digest, size = hashlib.sha256(), 0
-    with path.open("rb") as file:
-        while part := file.read(CHUNK):
-            digest.update(part)
-            size += len(part)
     name = path.relative_to(home) if path.is_relative_to(home) else path.name
-    return InputFile(str(name), size, digest.hexdigest())
+    return InputFile(str(name), path.stat().st_size, remembered(path) or digest(path))
 
 
 def repeated(provenance: Provenance) -> tuple[Block, ...]:
