@@ -11,10 +11,9 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import typer
-from typer.core import TyperCommand
 
-from fe_models.errors import OutputError, bad_input_exits, printable, raise_faults
-from fe_models.value_limits import value_fault
+from fe_models.errors import OutputError, bad_input_exits, printable
+from hybrid.commands.checked_options import CheckedApplication
 from hybrid.commands.streams import written_whatever
 
 if TYPE_CHECKING:
@@ -25,33 +24,9 @@ WHOLE = "results written before are whole"
 INTERRUPTED_STATUS = 130  # of a command that Ctrl-C ends: 128 and the number of SIGINT
 
 
-class _Command(TyperCommand):
-    """A command whose options are numbers that can be computed with, and texts that can be printed."""
-
-    def invoke(self, context: Any) -> Any:
-        with bad_input_exits():
-            raise_faults(
-                f"{parameter.opts[0] if parameter.opts[0].startswith('-') else parameter.name} {fault}"
-                for parameter in self.params
-                if (fault := value_fault(_plain(context.params.get(parameter.name or ""))))
-            )
-        return super().invoke(context)
-
-
-class _Application(typer.Typer):
-    def command(self, name: str | None = None, **settings: Any) -> Any:
-        return super().command(name, **{"cls": _Command, **settings})
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return str(value) if isinstance(value, Path) else value
-
-
 def new_app(completion: bool = False, help: str | None = None) -> typer.Typer:
     """Return an application with plain help: the richer one reads ":x:" in an example as the name of a picture."""
-    return _Application(
+    return CheckedApplication(
         help=help,
         add_completion=completion,
         no_args_is_help=True,
