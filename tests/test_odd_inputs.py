@@ -19,6 +19,7 @@ from scipy.io import savemat
 from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
+from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset
 from fe_models.files.modal_file import load_modal_model
 from fe_models.files.models import load_model
@@ -27,7 +28,7 @@ from fe_models.files.structure_file import structure_table
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
 from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, decay
-from tests.odd_inputs import answered, changed, damaged, odd_values
+from tests.odd_inputs import answered, changed, damaged, odd_values, within
 from tests.sample_dataset import NAMES, RATE, free_decay
 from tests.test_recording_formats import write_tdms, write_uff
 
@@ -242,3 +243,53 @@ def test_damaged_models(name: str, examples: int, folder: Path, tmp_path: Path) 
 
     read(whole)
     tried(examples // 2, damaged(whole), read)
+
+
+def test_marks_of_byte_order_and_capital_endings_are_valid(folder: Path, tmp_path: Path) -> None:
+    """Windows' editors write the one, cameras and loggers the other."""
+    (tmp_path / "PORTAL.TOML").write_bytes(b"\xef\xbb\xbf" + as_toml(PORTAL).encode())
+    computed(tmp_path / "PORTAL.TOML")
+    for name, key in (("r1.npz", "data"), ("r2.csv", None), ("r4.mat", "data")):
+        (tmp_path / name.upper()).write_bytes((folder / name).read_bytes())
+        assert load_recording(tmp_path / name.upper(), key, ["x4", "a1"], 2.0).data.shape == (1, 100, 2)
+
+
+def test_packed_and_locked_members_are_named(folder: Path, tmp_path: Path) -> None:
+    """The flag of encryption is set in an archive that has no password: it cannot be read either way."""
+    content = bytearray((folder / "r1.npz").read_bytes())
+    for mark, place in ((b"PK\x03\x04", 6), (b"PK\x01\x02", 8)):
+        for start in (i for i in range(len(content)) if content.startswith(mark, i)):
+            content[start + place] |= 1
+    (tmp_path / "locked.npz").write_bytes(content)
+    with pytest.raises(InputError, match=r"locked.npz: not a readable .npz file .*encrypted"):
+        load_recording(tmp_path / "locked.npz", "data", ["x4", "a1"], 2.0)
+    (tmp_path / "text.npz").write_text("time,a\n0,1\n")
+    with pytest.raises(InputError, match=r"text.npz: not a readable .npz file \(File is not a zip file\)"):
+        load_recording(tmp_path / "text.npz", "data", ["x4", "a1"], 2.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        ({"divisions": 10**18}, "the structure has 3000000000000000002 finite elements with divisions ="),
+        ({"nodes": [[0.0, 0.0]] * 100_001}, "nodes: has 100001 items; at most 100000 are read"),
+        ({"directions": []}, "directions: there are none"),
+        ({"nodes": 5}, "nodes: expected a list, found 5"),
+        ({"name": "\x1b]0;x\x07"}, "name: holds a control character"),
+        ({"name": "x" * 10**6}, "name: has 1000000 characters; at most 1000 are read"),
+    ],
+)
+def test_limits_are_said(change: dict[str, Any], fault: str, tmp_path: Path) -> None:
+    (tmp_path / "big.toml").write_text(as_toml(PORTAL | change))
+    with pytest.raises(InputError) as caught:
+        load_model(str(tmp_path / "big.toml"))
+    assert any(fault in each for each in caught.value.faults), caught.value.faults[:3]
+
+
+@pytest.mark.parametrize(
+    "text", ["a." * 100_000 + "a = 1", "a = " + "[" * 50_000, "a = " + "9" * 5000, "[" + "b." * 5000 + "b]"]
+)
+def test_texts_that_readers_stumble_over(text: str, tmp_path: Path) -> None:
+    (tmp_path / "deep.toml").write_text(text)
+    with within(), pytest.raises(InputError, match=r"deep.toml: not valid TOML"):
+        load_model(str(tmp_path / "deep.toml"))

@@ -1,6 +1,7 @@
 """Predicted motions: from a record as the model forecasts it, from a state as the closed form says, and bad input."""
 
 import csv
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,9 +11,11 @@ from typer.testing import CliRunner, Result
 
 import hybrid
 from fe_models.arrays import FloatArray
+from fe_models.built_in.four_dof import four_dof
+from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
-from fe_models.files.run_folder import Prediction, load_run
+from fe_models.files.run_folder import Prediction, load_run, save_run_model
 from hybrid.config import Config
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
@@ -247,4 +250,13 @@ def test_times_must_be_times(option: str, value: str, run: Path, tmp_path: Path)
     result = predict(run, tmp_path / "out", "--dataset", run.parent / "dataset.toml", option, value)
     assert result.exit_code == 2, result.output
     assert option in result.output
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_model_that_was_exchanged_for_another_is_noticed(run: Path, tmp_path: Path) -> None:
+    shutil.copytree(run, tmp_path / "run")
+    save_run_model(four_dof().with_effects(CubicSpring((1,), "x", 0.5)), chain_modes(), tmp_path / "run")
+    result = predict(tmp_path / "run", tmp_path / "out", "--initial", state_file(tmp_path))
+    assert result.exit_code == 2
+    assert "one of them was exchanged" in result.output
     assert not (tmp_path / "out").exists()
