@@ -207,6 +207,14 @@ def test_recordings(name: str, examples: int, folder: Path, tmp_path: Path) -> N
     tried(examples // 2, damaged(whole), read)
 
 
+def as_array(value: Any) -> Any:
+    """A value as an array, in words where it is none."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        return np.array(str(value))
+
+
 ODD_ARRAYS: list[Any] = [
     np.zeros(0), np.zeros((4, 4)), -np.eye(4), np.eye(3), np.full((4, 4), np.nan), 1e300 * np.eye(4),
     1e-300 * np.eye(4), np.array(["x", "\x1b[2J"]), np.array(5.0), np.array([1.5, 2.0]), np.array([10**12]),
@@ -220,7 +228,7 @@ def test_matrices(examples: int, folder: Path, tmp_path: Path) -> None:
         whole = dict(file)
 
     def read(arrays: dict[str, Any]) -> None:
-        plain = {str(name)[:40] or "none": np.asarray(array) for name, array in arrays.items()}
+        plain = {str(name)[:40] or "none": as_array(array) for name, array in arrays.items()}
         named = {f"{name}_" if name == "file" else name.replace("/", "_"): plain[name] for name in plain}
         np.savez(tmp_path / "odd.npz", **named)  # type: ignore[arg-type]
         computed(tmp_path / "odd.npz")
@@ -271,7 +279,8 @@ def test_packed_and_locked_members_are_named(folder: Path, tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("change", "fault"),
     [
-        ({"divisions": 10**18}, "the structure has 3000000000000000002 finite elements with divisions ="),
+        ({"divisions": 10**18}, "divisions: is an integer beyond"),
+        ({"divisions": 10**9}, "the structure has 3000000002 finite elements with divisions = 1000000000"),
         ({"nodes": [[0.0, 0.0]] * 100_001}, "nodes: has 100001 items; at most 100000 are read"),
         ({"directions": []}, "directions: there are none"),
         ({"nodes": 5}, "nodes: expected a list, found 5"),

@@ -118,8 +118,8 @@ def geometric_stiffness(
 def _inert_faults(structure: Structure, number: int) -> list[str]:
     """Return a fault where an axial force in element ``number`` would change nothing."""
     element = structure.elements[number - 1]
-    if not all(1 <= node <= len(structure.nodes) for node in element.nodes):
-        return []  # a fault of the element, which says so itself
+    if not structure.directions or not all(1 <= node <= len(structure.nodes) for node in element.nodes):
+        return []  # faults of the structure and the element, which say so themselves
     if len(element.nodes) == 1:
         return [f"element {number} is a spring to the ground, without length: no axial force acts across it"]
     if isinstance(element, Spring) and element.direction == "rz":

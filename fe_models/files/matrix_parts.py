@@ -89,9 +89,12 @@ def _dof_map(everywhere: list[Dof], free: set[Dof]) -> DofMap:
 def _replaced(table: FloatArray | None, faults: list[str]) -> tuple[tuple[int, float], ...]:
     if table is None:
         return ()
-    if table.ndim != 2 or table.shape[1] != 2 or not np.isfinite(table).all() or (table[:, 0] < 1).any():
-        faults.append(f"replaced_ratios is no table of mode, from 1, and ratio; it has shape {table.shape}")
+    if table.ndim != 2 or table.shape[1] != 2 or not np.isfinite(table).all():
+        faults.append(f"replaced_ratios is no table of mode and ratio; it has shape {table.shape}")
         return ()
+    faults += [
+        f"replaced_ratios: there is no mode {mode:g}; they are numbered from 1" for mode in table[:, 0] if mode < 1
+    ]
     return tuple((int(mode), float(ratio)) for mode, ratio in table)
 
 
