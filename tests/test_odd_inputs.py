@@ -230,7 +230,7 @@ def test_matrices(examples: int, folder: Path, tmp_path: Path) -> None:
     def read(arrays: dict[str, Any]) -> None:
         plain = {str(name)[:40] or "none": as_array(array) for name, array in arrays.items()}
         named = {f"{name}_" if name == "file" else name.replace("/", "_"): plain[name] for name in plain}
-        np.savez(tmp_path / "odd.npz", **named)  # type: ignore[arg-type]
+        np.savez(tmp_path / "odd.npz", **named)
         computed(tmp_path / "odd.npz")
 
     read(whole)
