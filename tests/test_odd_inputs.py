@@ -27,6 +27,8 @@ from fe_models.files.recording_files import load_recording
 from fe_models.files.structure_file import structure_table
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
+from hybrid.inspection.inspection import inspect_file
+from hybrid.inspection.inspection_report import describe
 from tests.hybrid_problems import MASS, STIFFNESS, chain_modes, decay
 from tests.odd_inputs import answered, changed, damaged, odd_values, within
 from tests.sample_dataset import NAMES, RATE, free_decay
@@ -207,6 +209,19 @@ def test_recordings(name: str, examples: int, folder: Path, tmp_path: Path) -> N
     tried(examples // 2, damaged(whole), read)
 
 
+@pytest.mark.parametrize("examples", EFFORTS)
+@pytest.mark.parametrize("name", ["r1.npz", "r2.csv", "r8.tdms"])
+def test_inspected_files(name: str, examples: int, folder: Path, tmp_path: Path) -> None:
+    whole, path = (folder / name).read_bytes(), tmp_path / name
+
+    def read(content: bytes) -> None:
+        path.write_bytes(content)
+        describe(inspect_file(path, "data" if name == "r1.npz" else None, 2.0 if name == "r1.npz" else None))
+
+    read(whole)
+    tried(examples // 3, damaged(whole), read)
+
+
 def as_array(value: Any) -> Any:
     """A value as an array, in words where it is none."""
     try:
@@ -260,6 +275,39 @@ def test_marks_of_byte_order_and_capital_endings_are_valid(folder: Path, tmp_pat
     for name, key in (("r1.npz", "data"), ("r2.csv", None), ("r4.mat", "data")):
         (tmp_path / name.upper()).write_bytes((folder / name).read_bytes())
         assert load_recording(tmp_path / name.upper(), key, ["x4", "a1"], 2.0).data.shape == (1, 100, 2)
+
+
+@pytest.mark.parametrize(
+    ("change", "fault"),
+    [
+        (lambda data: 1e30 * data, "expected 1e-15 to 1e+15 in SI units"),
+        (lambda data: 1e-30 * data, "expected 1e-15 to 1e+15 in SI units"),
+        (lambda data: np.where(np.arange(100)[:, None] == 16, 1e300, data), "its largest value is 1e+300 (number 17)"),
+        (lambda data: 1e12 * data, ""),
+        (lambda data: 1e-12 * data, ""),
+        (lambda data: np.where(np.arange(100)[:, None] < 34, 0.0, data), ""),
+    ],
+)
+def test_sizes_of_recordings(change: Callable[[Any], Any], fault: str, folder: Path, tmp_path: Path) -> None:
+    """Within limits every size is taken, silence before a motion, too; beyond them it is a wrong unit, or a sample."""
+    with np.load(folder / "r1.npz") as file:
+        np.savez(tmp_path / "r1.npz", data=change(file["data"]))
+    plain = {key: DATASET[key] for key in ("schema", "model", "sampling_rate", "sensors")}
+    (tmp_path / "dataset.toml").write_text(as_toml(plain | {"recordings": DATASET["recordings"][:1]}))
+    if not fault:
+        assert load_dataset(tmp_path / "dataset.toml").recordings[0].data.shape == (1, 100, 2)
+        return
+    with pytest.raises(InputError) as caught:
+        load_dataset(tmp_path / "dataset.toml")
+    assert len(caught.value.faults) == 2  # one a channel
+    assert all(fault in each for each in caught.value.faults)
+
+
+@pytest.mark.parametrize("rate", [1e-9, 1e308, 0.0, -1.0])
+def test_rates_that_nobody_samples_at(rate: float, folder: Path) -> None:
+    (folder / "rate.toml").write_text(as_toml({**DATASET, "sampling_rate": rate}))
+    with pytest.raises(InputError, match=r"sampling_rate[:=].*(expected 1e-06 to 1e\+09 Hz|must be positive|at most)"):
+        load_dataset(folder / "rate.toml")
 
 
 def test_packed_and_locked_members_are_named(folder: Path, tmp_path: Path) -> None:

@@ -1,16 +1,17 @@
 """Everything that a recording file holds as channels, for a first look at it: no dataset says yet what they are."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from fe_models.arrays import FloatArray
-from fe_models.errors import InputError
+from fe_models.errors import InputError, printable, raise_faults
 from fe_models.files.array_files import Arrays, pick_array
 from fe_models.files.named_columns import NamedColumns
+from fe_models.files.recording_checks import check_rates, size_faults
 from fe_models.files.recording_files import STEP_NAME, named_columns_of
 from fe_models.files.time_column import places_of_rows, time_faults
 
@@ -38,9 +39,16 @@ class Signals:
 
 
 def read_signals(path: Path, key: str | None = None) -> Signals:
-    """Return all channels of a file; ``key`` names one of several arrays. `InputError` where it cannot be read."""
+    """Return all channels of a file; ``key`` names one of several arrays. `InputError` where it cannot be read, or
+    holds numbers that nobody measures.
+    """
     found = named_columns_of(path, key)
-    return _of_columns(found) if isinstance(found, NamedColumns) else _of_arrays(path, found, key)
+    signals = _of_columns(found) if isinstance(found, NamedColumns) else _of_arrays(path, found, key)
+    names, units = (tuple(map(printable, texts)) for texts in (signals.names, signals.units))
+    raise_faults(size_faults(signals.values, [f"{path}: {name}" for name in names]))
+    rate = signals.sampling_rate
+    known = rate if rate is not None and not check_rates(rate, None) else None
+    return replace(signals, names=names, units=units, sampling_rate=known)
 
 
 def _of_columns(table: NamedColumns) -> Signals:
