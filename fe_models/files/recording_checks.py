@@ -113,18 +113,22 @@ def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
 
 
 def size_faults(values: FloatArray, names: Sequence[str]) -> list[str]:
-    """Return a fault for each column of ``values`` (..., column) that is too large, or too small, to compute with."""
-    faults = []
-    for name, column in zip(names, np.moveaxis(values, -1, 0), strict=True):
-        sizes = np.where(np.isfinite(column), abs(column), 0.0).ravel()
-        place = int(np.argmax(sizes)) if sizes.size else 0
-        largest = sizes[place] if sizes.size else 0.0
-        if largest and not SMALLEST_SIGNAL <= largest <= LARGEST_SIGNAL:
-            faults.append(
-                f"{name}: its largest value is {largest:g} (number {place + 1}); expected {SMALLEST_SIGNAL:g} to"
-                f" {LARGEST_SIGNAL:g} in SI units: a wrong unit or factor, or a broken sample?"
-            )
-    return faults
+    """Return a fault for each column of ``values`` (..., column) that is too large to compute with, or one for all where
+    all are too small; a single small one may be nothing but rounding.
+    """
+    sizes = np.where(np.isfinite(values), abs(values), 0.0).reshape(-1, values.shape[-1])
+    if not sizes.size:
+        return []
+    places = np.argmax(sizes, axis=0)
+    largest = sizes[places, np.arange(len(names))]
+    wrong = np.flatnonzero(largest > LARGEST_SIGNAL)
+    if 0 < largest.max() < SMALLEST_SIGNAL:
+        wrong = np.array([np.argmax(largest)])
+    return [
+        f"{names[column]}: its largest value is {largest[column]:g} (number {places[column] + 1}); expected"
+        f" {SMALLEST_SIGNAL:g} to {LARGEST_SIGNAL:g} in SI units: a wrong unit or factor, or a broken sample?"
+        for column in wrong
+    ]
 
 
 def check_data(
