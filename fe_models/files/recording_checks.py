@@ -113,8 +113,8 @@ def check_rates(sampling_rate: float, lowpass: float | None) -> list[str]:
 
 
 def size_faults(values: FloatArray, names: Sequence[str]) -> list[str]:
-    """Return a fault for each column of ``values`` (..., column) that is too large to compute with, or one for all where
-    all are too small; a single small one may be nothing but rounding.
+    """Return a fault for each column of ``values`` (..., column) that is too large to compute with, and one where all
+    are too small; a single small one may be nothing but rounding.
     """
     sizes = np.where(np.isfinite(values), abs(values), 0.0).reshape(-1, values.shape[-1])
     if not sizes.size:
