@@ -306,7 +306,7 @@ def test_sizes_of_recordings(change: Callable[[Any], Any], fault: str, folder: P
 @pytest.mark.parametrize("rate", [1e-9, 1e308, 0.0, -1.0])
 def test_rates_that_nobody_samples_at(rate: float, folder: Path) -> None:
     (folder / "rate.toml").write_text(as_toml({**DATASET, "sampling_rate": rate}))
-    with pytest.raises(InputError, match=r"sampling_rate[:=].*(expected 1e-06 to 1e\+09 Hz|must be positive|at most)"):
+    with pytest.raises(InputError, match=r"sampling_rate.*(expected 1e-06 to 1e\+09 Hz|must be positive|at most)"):
         load_dataset(folder / "rate.toml")
 
 

@@ -15,6 +15,7 @@ from fe_models.files.recording_checks import check_rates, size_faults
 from fe_models.files.recording_files import STEP_NAME, named_columns_of
 from fe_models.files.time_column import places_of_rows, time_faults
 
+FEWEST = 4  # samples that have a spread and a course
 RATE_NAMES = ("fs", "sampling_rate", "sample_rate", "rate")  # of single numbers beside arrays, in small letters
 
 
@@ -44,6 +45,8 @@ def read_signals(path: Path, key: str | None = None) -> Signals:
     """
     found = named_columns_of(path, key)
     signals = _of_columns(found) if isinstance(found, NamedColumns) else _of_arrays(path, found, key)
+    if len(signals.values) < FEWEST:
+        raise InputError(f"{path}: {len(signals.values)} samples a channel; at least {FEWEST} can be looked at")
     names, units = (tuple(map(printable, texts)) for texts in (signals.names, signals.units))
     raise_faults(size_faults(signals.values, [f"{path}: {name}" for name in names]))
     rate = signals.sampling_rate
