@@ -127,7 +127,7 @@ def size_faults(values: FloatArray, names: Sequence[str]) -> list[str]:
     return [
         f"{names[column]}: its largest value is {largest[column]:g} (number {places[column] + 1}); expected"
         f" {SMALLEST_SIGNAL:g} to {LARGEST_SIGNAL:g} in SI units: a wrong unit or factor, or a broken sample?"
-        for column in wrong
+        for column in wrong.tolist()
     ]
 
 
