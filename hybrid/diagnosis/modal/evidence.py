@@ -101,7 +101,8 @@ def fit_claim(
             present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
-        best = present if best is None or present.evidence > best.evidence else best
+        honest = replace(present, evidence=present.evidence - _beyond(measured, present))
+        best = honest if best is None or honest.evidence > best.evidence else best
         step = _step(measured, present)
         then = bounded(hypothesis, theta, step)
         errors = np.sqrt(np.maximum(np.diag(present.covariance)[first:], 0.0))  # rounding may leave less than nothing
@@ -162,13 +163,27 @@ def _at(
 
 def _covariance(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, width: FloatArray) -> FloatArray:
     """Return the posterior covariance of theta (parameter, parameter)."""
-    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kind=())
-    lower = np.linalg.cholesky(bare.covariance(sizes))
-    scaled = solve_triangular(lower, slopes, lower=True)
     prior = np.concatenate([rows.scales(sizes), width])
-    whitened = scaled * prior  # in units of the prior, in which no value is too large for another
-    normal = whitened.T @ whitened + np.eye(len(prior))
-    return np.asarray(np.linalg.inv(normal) * np.outer(prior, prior))
+    return np.asarray(np.linalg.inv(_precision(rows, sizes, slopes, prior)) * np.outer(prior, prior))
+
+
+def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, prior: FloatArray) -> FloatArray:
+    """Return the inverse of the posterior covariance of values with these ``slopes``, in units of their ``prior``
+    (value,), in which none is too large for another.
+    """
+    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kind=())
+    whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) * prior
+    return np.asarray(whitened.T @ whitened + np.eye(len(prior)))
+
+
+def _beyond(measured: Measured, item: ModalFit) -> float:
+    """Return how much of the evidence is that of nominal values that the linearised modes promise, beyond these: none
+    where they fit best.
+    """
+    first, scale = item.nuisances, item.rows.scales(item.sizes)
+    wanted = scale**2 * (item.slopes[:, :first].T @ item.weighed)
+    off = (wanted - measured.offset - item.theta[:first]) / scale
+    return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], scale) @ off)
 
 
 def _step(measured: Measured, item: ModalFit) -> FloatArray:

@@ -149,9 +149,12 @@ class Search:
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
             for start in self._started(base, beside):
-                if start.claim.key not in seen:
-                    seen.add(start.claim.key)
-                    item = fit_claim(self.measured, start.claim, start.theta, start.sizes, inflation=start.inflation)
+                if start.claim.key in seen:
+                    continue
+                seen.add(start.claim.key)
+                added = start.theta[len(base.theta) :]
+                for theta, of in ((start.theta, start), (np.append(base.theta, added), base)):
+                    item = fit_claim(self.measured, start.claim, theta, of.sizes, inflation=of.inflation)
                     found += [] if item is None else [item]
         return found
 
