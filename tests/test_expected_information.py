@@ -88,3 +88,10 @@ def test_what_parameters_may_make_up_for_tells_nothing() -> None:
     told = [least_information(EVEN, distances([origin, other])) for other in (along, across)]
     assert told[0] < 0.01
     assert told[1] > 0.95
+
+
+def test_recordings_next_to_no_noise_end_in_no_error() -> None:
+    """What is open, over noise of a millionth of a millionth: rounding alone would make such a covariance singular."""
+    rng = np.random.default_rng(0)
+    wide = [Prediction(1e12 * rng.standard_normal(50), 1e12 * rng.standard_normal((50, 30))) for _ in range(2)]
+    assert least_information(EVEN, distances(wide)) == pytest.approx(1.0, abs=1e-3)

@@ -23,8 +23,8 @@ from hybrid.diagnosis.next_measurement.measurements import Measurement
 
 KINDS = ("stiffness_change", "added_mass", "support_spring", "point_damper", "cubic_spring")
 CONFIG = BlindConfig(noise=0.05, train=1, test=1, duration=25.0)  # so short and noisy that rivals remain
-SIZES = (0.2, 0.8)  # of causes, from 0 to 1 in other blind cases: smaller ones are not seen, larger ones not open
-MOST_SENSORS = 2
+SIZES = (0.1, 0.6)  # of causes, from 0 to 1 in other blind cases: smaller ones are not seen, larger ones not open
+SENSORS = 2
 OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
 BLOW = 1.5  # s: about a period of the fastest mode, as of the blows in other blind cases
 STRUCK_AT = 0.1  # of the recording
@@ -52,8 +52,7 @@ class OpenCase:
         cause = draw_cause(KINDS[seed % len(KINDS)], calm, rng, float(rng.uniform(*SIZES)))
         assert isinstance(cause, Effect)  # no kind of a sensor is drawn
         every = [_sensor(node, quantity) for node in range(1, len(design.nodes) + 1) for quantity in OFFERED]
-        count = int(rng.integers(1, MOST_SENSORS + 1))
-        kept = np.sort(rng.choice(len(every), count, replace=False))
+        kept = np.sort(rng.choice(len(every), SENSORS, replace=False))
         return OpenCase(seed, Chain(design, (cause,)), cause, starts, tuple(every[int(i)] for i in kept))
 
     def dataset(self, added: Measurement | None = None) -> Dataset:

@@ -19,10 +19,10 @@ from hybrid.diagnosis.next_measurement.measurements import Measurement
 from hybrid.diagnosis.next_measurement.motion import NearFit
 from hybrid.diagnosis.response.system import System, linear_channels
 
-VALUES = 200  # of the recording that are compared, drawn
-SAMPLES = 1500  # at most at which slopes are computed
+VALUES = 120  # of the recording that are compared, drawn
+SAMPLES = 300  # about, at which its slopes are computed
 AT_REST = 0.1  # of a recording: how long it shows the structure at rest before a blow
-PLACES = 24  # at most where pulls and blows are considered
+PLACES = 12  # at most where pulls and blows are considered
 
 
 def considered(places: list[tuple[int, Direction]]) -> tuple[Measurement, ...]:

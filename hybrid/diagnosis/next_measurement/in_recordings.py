@@ -17,8 +17,8 @@ from hybrid.diagnosis.next_measurement.motion import Motion, NearFit
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 
-SLOPES_AT = 1500  # samples, of all recordings together, at which slopes are computed
-COMPARED_AT = 200  # of these, drawn: each stands for as many as there are times as many; more tell the same
+SLOPES_AT = 1000  # samples, of all recordings together, at which slopes are computed
+COMPARED_AT = 120  # of these, drawn: each stands for as many as there are times as many; more tell the same
 RECORDINGS = 8  # at most that are looked at; others count as if they were like these
 FREE_STATE = 3.0  # times the largest entry that was found: how large one may be that no sensor tells
 

@@ -113,7 +113,9 @@ def outcome(
 
 
 def _cholesky(excess: FloatArray) -> FloatArray:
-    return np.asarray(np.linalg.cholesky(np.eye(len(excess)) + excess))
+    """Return the Cholesky factor of 1 + ``excess``, with what rounding makes of its largest values on top."""
+    rounding = len(excess) * np.finfo(float).eps * float(np.diag(excess).max(initial=0.0))
+    return np.asarray(np.linalg.cholesky((1 + rounding) * np.eye(len(excess)) + excess))
 
 
 def _half_log_det(lower: FloatArray) -> float:
