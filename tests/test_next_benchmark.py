@@ -5,9 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from benchmarks.next_measurement.cases import CONFIG, OpenCase
+from benchmarks.blind.judging import key_of
+from benchmarks.next_measurement.cases import CONFIG, COUNT, OpenCase
 from benchmarks.next_measurement.run import shares, text
-from benchmarks.next_measurement.trial import Added, Trial, tried
+from benchmarks.next_measurement.trial import Added, Trial, compared, tried
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 
 SEED = 1_899_001  # below the benchmark's own
@@ -20,8 +21,7 @@ def case() -> OpenCase:
 
 
 def test_an_added_sensor_leaves_the_others_as_they_were(case: OpenCase) -> None:
-    names = {sensor.name for sensor in case.sensors}
-    node = next(node for node in range(1, 5) if f"a{node}" not in names)
+    node = next(node for node in range(1, COUNT + 1) if node != case.sensors[0].node)
     before, after = case.dataset(), case.dataset(Measurement("sensor", node, "x", "acceleration"))
     assert len(after.sensors) == len(before.sensors) + 1
     for one, other in zip(before.recordings, after.recordings, strict=True):
@@ -66,8 +66,15 @@ def test_a_wrong_name_resolves_nothing_however_sure() -> None:
     assert not Added("a", 0.85, first=True).resolves
 
 
-@pytest.mark.slow
 def test_a_trial_runs_from_end_to_end() -> None:
     found = tried(SEED)
     assert 0 <= found.probability <= 1
     assert (found.advised is None) == (found.random is None)
+
+
+def test_all_sensors_together_tell_the_truth(case: OpenCase) -> None:
+    """The contest is blind: it sees the dataset alone, and names what was hidden where it is sure to be seen."""
+    sensors = tuple(replace(case.sensors[0], name=f"a{node}", node=node) for node in range(1, COUNT + 1))
+    posterior, _ = compared(replace(case, sensors=sensors).dataset())
+    assert [candidate.key for candidate in posterior.fits[0].hypothesis.candidates] == [key_of(case.cause)]
+    assert posterior.probability[0] > 0.99

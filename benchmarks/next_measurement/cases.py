@@ -1,4 +1,4 @@
-"""Blind cases of the chain by few sensors, drawn by chance, which can be measured again with one measurement more.
+"""Blind cases of a chain by one sensor, drawn by chance, which can be measured again with one measurement more.
 
 The truth, its recordings and their noise stay as they are: what is added comes beside them.
 """
@@ -9,24 +9,35 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from benchmarks.blind_cases import BlindConfig
-from benchmarks.blind_cases.chain import draw_cause
 from benchmarks.blind_cases.chain_motion import Chain, Moved, driven, motion_of
+from benchmarks.blind_cases.drawing import amount_between
 from benchmarks.blind_cases.known_forces import MARGIN, Driving
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.built_in.four_dof import four_dof
-from fe_models.causes import Cause, Effect
-from fe_models.files.recording_checks import UNITS
-from fe_models.recordings import QUANTITIES, Dataset, Load, Quantity, Recording, Sensor
+from fe_models.causes import AddedMass, Cause, StiffnessChange, SupportSpring
+from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
+from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 
-KINDS = ("stiffness_change", "added_mass", "support_spring", "point_damper", "cubic_spring")
-CONFIG = BlindConfig(noise=0.05, train=1, test=1, duration=25.0)  # so short and noisy that rivals remain
-SIZES = (0.1, 0.6)  # of causes, from 0 to 1 in other blind cases: smaller ones are not seen, larger ones not open
-SENSORS = 2
-OFFERED: tuple[Quantity, ...] = ("displacement", "acceleration")
-BLOW = 1.5  # s: about a period of the fastest mode, as of the blows in other blind cases
+COUNT = 6
+DESIGN = Structure(
+    "chain of six",
+    tuple((float(node), 0.0) for node in range(COUNT)),
+    tuple(Spring((node,) if node == 1 else (node - 1, node), "x", 100.0) for node in range(1, COUNT + 1)),
+    point_masses=tuple(PointMass(node, 1.0) for node in range(1, COUNT + 1)),
+    directions=("x",),
+    damping=Damping(modal_ratios=(0.01,)),
+)
+# Three periods of the slowest mode, so noisy that one sensor more is not enough wherever it stands.
+CONFIG = BlindConfig(noise=0.2, train=1, test=0, duration=10.0, sampling_rate=20.0)
+KINDS = ("stiffness_change", "added_mass", "support_spring")
+SIZES = {  # smallest and largest, drawn evenly in the logarithm
+    "stiffness_change": (0.1, 0.4),  # of the spring
+    "added_mass": (0.1, 0.4),  # kg
+    "support_spring": (3.0, 20.0),  # N/m
+}
+BLOW = 0.4  # s: a little more than a period of the fastest mode
 STRUCK_AT = 0.1  # of the recording
 
 
@@ -45,21 +56,20 @@ class OpenCase:
 
     @staticmethod
     def of(seed: int) -> "OpenCase":
-        """Return the case of a seed."""
-        rng, design = np.random.default_rng(seed), four_dof()
-        starts = rng.standard_normal((2, CONFIG.campaign.count, len(design.nodes)))
-        calm = motion_of(Chain(design), Moved(starts), CONFIG, rng)
-        cause = draw_cause(KINDS[seed % len(KINDS)], calm, rng, float(rng.uniform(*SIZES)))
-        assert isinstance(cause, Effect)  # no kind of a sensor is drawn
-        every = [_sensor(node, quantity) for node in range(1, len(design.nodes) + 1) for quantity in OFFERED]
-        kept = np.sort(rng.choice(len(every), SENSORS, replace=False))
-        return OpenCase(seed, Chain(design, (cause,)), cause, starts, tuple(every[int(i)] for i in kept))
+        """Return the case of a seed: one accelerometer, anywhere, sees the motion from a random state."""
+        rng = np.random.default_rng(seed)
+        starts = rng.standard_normal((2, CONFIG.campaign.count, COUNT)) * np.array([1.0, 10.0])[:, None, None]  # m, m/s
+        kind = KINDS[seed % len(KINDS)]
+        node = int(rng.integers(2, COUNT + 1))  # what the first spring does, a support does
+        cause = _cause(kind, node, amount_between(*SIZES[kind], rng, None))
+        sensor = _sensor(int(rng.integers(1, COUNT + 1)))
+        return OpenCase(seed, Chain(DESIGN, (cause,)), cause, starts, (sensor,))
 
     def dataset(self, added: Measurement | None = None) -> Dataset:
         """Return the recordings, as they are with what is ``added``."""
         sensors = self.sensors
         if added is not None and added.quantity is not None:
-            sensors = (*sensors, _sensor(added.node, added.quantity))
+            sensors = (*sensors, _sensor(added.node))
         motion, campaign = self._moved(Moved(self.starts)), CONFIG.campaign
         recordings = [
             Recording(f"r{i + 1:02d}", data[None], "train" if i < campaign.train else "test")
@@ -67,7 +77,7 @@ class OpenCase:
         ]
         if added is not None and added.quantity is None:
             recordings.append(self._excited(added, sensors, motion))
-        return Dataset(four_dof(), campaign.sampling_rate, sensors, tuple(recordings))
+        return Dataset(DESIGN, campaign.sampling_rate, sensors, tuple(recordings))
 
     def _moved(self, moved: Moved) -> Response:
         return motion_of(self.chain, moved, CONFIG, np.random.default_rng(self.seed))
@@ -78,7 +88,7 @@ class OpenCase:
         """
         channels = []
         for sensor in sensors:
-            own = (self.seed, sensor.node, QUANTITIES.index(sensor.quantity), first)
+            own = (self.seed, sensor.node, first)
             clean = motion.shown(sensor)
             noise = np.random.default_rng(own).standard_normal(clean.shape)
             channels.append(clean + CONFIG.noise * float(usual.shown(sensor).std()) * noise)
@@ -92,12 +102,12 @@ class OpenCase:
             stiffness = linearise(self.chain.structure).stiffness.toarray()
             still = np.linalg.solve(stiffness, np.eye(len(stiffness))[row])
             start = np.stack([still, np.zeros_like(still)])[:, None]
-            linear = replace(self, chain=Chain(four_dof()))._moved(Moved(start))
+            linear = replace(self, chain=Chain(DESIGN))._moved(Moved(start))
             start *= wanted / float(np.sqrt(np.mean(linear.displacement**2)))
             data = self._measured(self._moved(Moved(start)), sensors, usual, number)
             return Recording("pull", data)
         driving = Driving((Load(added.node, "x", _blow()),))
-        linear = driven(four_dof(), linearise(four_dof()), (driving,), CONFIG)
+        linear = driven(DESIGN, linearise(DESIGN), (driving,), CONFIG)
         driving = driving.times(wanted / float(np.sqrt(np.mean(linear.displacement**2))))
         config = replace(CONFIG, excitation="measured")
         motion = motion_of(
@@ -108,8 +118,17 @@ class OpenCase:
         return Recording("blow", data, loads=loads, excitation="measured")
 
 
-def _sensor(node: int, quantity: Quantity) -> Sensor:
-    return Sensor(f"{quantity[0]}{node}", node, "x", quantity, UNITS[quantity, False])
+def _sensor(node: int) -> Sensor:
+    return Sensor(f"a{node}", node, "x", "acceleration", "m/s^2")
+
+
+def _cause(kind: str, node: int, amount: float) -> StiffnessChange | AddedMass | SupportSpring:
+    match kind:
+        case "stiffness_change":
+            return StiffnessChange((node,), 1 - amount)
+        case "added_mass":
+            return AddedMass(node, amount)
+    return SupportSpring(node, "x", amount)
 
 
 def _blow() -> FloatArray:

@@ -1,6 +1,7 @@
-"""One case: diagnosed, and where that leaves it open, once more with what the advice says, and with a random addition.
+"""One case: all causes compared, and where that leaves it open, once more as advised, and with a random addition.
 
-Only then is the truth opened: the advice is asked for whatever the answer is worth.
+Compared are all single causes with a linear effect that are drawn, at all places, each fitted to every sample: what the
+search of a diagnosis comes to at its end, without its short cuts, force laws and second causes, in a second or two.
 """
 
 import time
@@ -10,13 +11,21 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from benchmarks.blind.judging import CONFIDENT_PROBABILITY, key_of
-from benchmarks.next_measurement.cases import OpenCase
-from hybrid.diagnosis.answer import Answer
+from benchmarks.next_measurement.cases import CONFIG, KINDS, OpenCase
+from fe_models.arrays import FloatArray
+from fe_models.causes.places import Motion
+from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.diagnosis import diagnose
+from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, posterior_of, twins_of
+from hybrid.diagnosis.fitting.least_squares import fit
+from hybrid.diagnosis.next_measurement.by_series import next_by_series
 from hybrid.diagnosis.next_measurement.in_excitations import considered
 from hybrid.diagnosis.next_measurement.measurements import Measurement, moving_places, possible_sensors
+from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.recorded.batches import batches_of
+from hybrid.diagnosis.recorded.noise_model import NoiseModel
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True)
@@ -60,38 +69,58 @@ class Trial:
 def tried(seed: int) -> Trial:
     """Return the trial of a seed's case."""
     begun, case = time.process_time(), OpenCase.of(seed)
+    truth = key_of(case.cause)
     with threadpool_limits(THREADS.linear_algebra, "blas"):
         dataset = case.dataset()
-        found = diagnose(dataset)
-        then, truth = found.next_measurement, key_of(case.cause)
-        probability = _probability_of(truth, found)
-        is_open = then is not None and 0 < probability < CONFIDENT_PROBABILITY
+        known, noise_model = compared(dataset)
+        then = next_by_series(known, noise_model, dataset.sensors)
+        own = _probability_of(truth, known)
         promised, advised, other = None, None, None
-        if then is not None and then.options and is_open:
+        if then is not None and then.options and 0 < own < CONFIDENT_PROBABILITY:
             nominal = nominal_model_of(dataset)
-            sensors = possible_sensors(nominal, dataset.sensors)
-            every = [Measurement.by(sensor) for sensor in sensors]
+            every = [Measurement.by(sensor) for sensor in possible_sensors(nominal, dataset.sensors)]
             every += considered(moving_places(nominal))
             best, drawn = then.options[0], every[int(np.random.default_rng(seed).integers(len(every)))]
             promised, advised = best.probability, _added(case, best.measurement)
             other = advised if drawn == best.measurement else _added(case, drawn)
     names = tuple(sensor.name for sensor in case.sensors)
     took = time.process_time() - begun
-    return Trial(seed, truth, names, probability, then is not None, promised, advised, other, took)
+    return Trial(seed, truth, names, own, then is not None, promised, advised, other, took)
+
+
+def compared(dataset: Dataset) -> tuple[Posterior, NoiseModel]:
+    """Return the posterior of all single causes, and of none, as the search by time series has it, and the noise."""
+    nominal, batches = nominal_model_of(dataset), batches_of(dataset, "train")
+    columns = tuple(range(len(dataset.sensors)))
+    sigma = CONFIG.noise * batches[0].data.std(axis=(0, 1))
+    noise_model = NoiseModel(dataset.sensors, dataset.sampling_rate, sigma)
+    usual = Motion(*np.random.default_rng(0).standard_normal((2, 50, len(nominal.dofs))))  # it sizes force laws alone
+    every = all_candidates(nominal, dataset, usual, columns)
+    candidates = tuple(candidate for candidate in every if candidate.kind in KINDS)
+    base = Hypothesis(nominal)
+    hypotheses = (base, *(base.adding(candidate) for candidate in candidates))
+    fits = [fit(hypothesis, _start(hypothesis), batches, noise_model) for hypothesis in hypotheses]
+    return posterior_of(tuple(item for item in fits if item is not None), candidates), noise_model
+
+
+def _start(hypothesis: Hypothesis) -> FloatArray:
+    """Return theta (parameter,) where the fit of a hypothesis begins."""
+    theta = hypothesis.centre
+    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
+        theta[part] = candidate.first_starts[0]
+    return theta
 
 
 def _added(case: OpenCase, measurement: Measurement) -> Added:
-    found, truth = diagnose(case.dataset(measurement)), key_of(case.cause)
-    first = bool(found.findings) and key_of(found.findings[0].cause) == truth
-    return Added(measurement.title, _probability_of(truth, found), first)
+    known, truth = compared(case.dataset(measurement))[0], key_of(case.cause)
+    first = [candidate.key for candidate in known.fits[0].hypothesis.candidates] == [truth]
+    return Added(measurement.title, _probability_of(truth, known), first)
 
 
-def _probability_of(truth: str, found: Answer) -> float:
-    """Return the probability that an answer gives to the hidden cause, 0 where it does not list it."""
-    for finding in found.findings:
-        if key_of(finding.cause) == truth:
-            return finding.probability
-        for item in finding.alternatives:
-            if f"{item.kind} {item.location}" == truth:
-                return item.probability
+def _probability_of(truth: str, known: Posterior) -> float:
+    """Return the probability of the hidden cause, shared with the places at which it would do the same."""
+    for item in known.fits:
+        for candidate in item.hypothesis.candidates:
+            if truth in {candidate.key, *(twin.key for twin in twins_of(candidate))}:
+                return of_candidate(known, candidate)
     return 0.0
