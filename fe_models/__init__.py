@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from fe_models.causes import DeadLoad as DeadLoad
     from fe_models.causes import GapStop as GapStop
     from fe_models.causes import HarmonicForce as HarmonicForce
+    from fe_models.causes import HystereticSpring as HystereticSpring
     from fe_models.causes import MassChange as MassChange
     from fe_models.causes import ModalDamping as ModalDamping
     from fe_models.causes import PointDamper as PointDamper
@@ -83,6 +84,7 @@ _HOMES = {
         "DeadLoad",
         "GapStop",
         "HarmonicForce",
+        "HystereticSpring",
         "MassChange",
         "ModalDamping",
         "PointDamper",

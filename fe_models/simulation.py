@@ -9,7 +9,7 @@ from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.causes import Effect, ForceLaw
+from fe_models.causes import Effect, ForceLaw, LawWithMemory, MemorylessLaw
 from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
 from fe_models.dof_map import DofMap
@@ -202,15 +202,24 @@ def _from_states(
         for x0, v0 in zip(displacement, velocity, strict=True):
             motions.append(run.run(x0, v0))
             bar.update()
-    x, v = (np.stack(part) for part in zip(*motions, strict=True))  # each (realisation, time, free)
-    force = v @ damping.T + x @ stiffness.T
-    for law, pull in joined:
-        force += np.asarray(law.force(x @ pull, v @ pull, _time(steps)))[..., None] * pull
+    x, v, z = (np.stack(part) for part in zip(*motions, strict=True))  # each (realisation, time, free or law)
+    force = v @ damping.T + x @ stiffness.T + _law_forces(joined, x, v, z, _time(steps))
     if drive is not None:
         force -= drive.at(_time(steps))[:, free]
     a = -np.linalg.solve(mass, force.reshape(-1, len(mass)).T).T.reshape(force.shape)
     displacements, velocities, accelerations = (_expand(model.dofs, part) for part in (x, v, a))
     return Response(_time(steps), displacements, velocities, accelerations, model.dofs)
+
+
+def _law_forces(laws: "Joined", x: FloatArray, v: FloatArray, z: FloatArray, time: FloatArray) -> FloatArray:
+    """Return the forces (realisation, time, free) of laws; ``z``: of those with memory, (realisation, time, law)."""
+    total, remembered = np.zeros_like(x), iter(np.moveaxis(z, -1, 0))
+    for law, pull in laws:
+        if isinstance(law, LawWithMemory):
+            total += np.asarray(law.force_of(next(remembered)))[..., None] * pull
+        elif isinstance(law, MemorylessLaw):
+            total += np.asarray(law.force(x @ pull, v @ pull, time))[..., None] * pull
+    return total
 
 
 def _usual_step(model: LinearModel, config: FreeConfig) -> float:

@@ -12,6 +12,7 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, slopes_over_time
 from hybrid.diagnosis.discrepancy.kalman import filtered, unexpected
+from hybrid.diagnosis.discrepancy.law_forces import DirectForce
 from hybrid.diagnosis.discrepancy.law_search import share_right, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import linear, linearised
 from hybrid.diagnosis.discrepancy.marginal import Marginal
@@ -177,7 +178,7 @@ def test_linearised_motion_follows_a_cubic_spring_as_an_ode_solver_does() -> Non
         solve_ivp(rate, (0, times[-1]), start, rtol=1e-10, atol=1e-12, t_eval=times).y.T
         for start in (begun, begun + 1e-4)
     ]
-    motion = linearised(space, runs[0], [(pull, force)])
+    motion = linearised(space, runs[0], [DirectForce(pull, force)])
     assert np.abs(motion.drift).max() < 2e-3 * np.abs(runs[0]).max()  # states within a step are weighed, not solved for
     beside = runs[1] - runs[0]
     ahead = np.einsum("tij,tj->ti", motion.transition[:-1], beside[:-1])

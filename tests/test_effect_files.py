@@ -20,6 +20,7 @@ from fe_models.causes import (
     Effect,
     GapStop,
     HarmonicForce,
+    HystereticSpring,
     LoadDelay,
     LoadGain,
     MassChange,
@@ -63,6 +64,11 @@ WORDS: list[tuple[Cause, dict[str, object], dict[str, tuple[object, str]]]] = [
         {"nodes": [3, 5], "direction": "y"},
         {"gap": (1e-3, "m"), "stiffness": (1e5, "N/m"), "side": (-1, "1")},
     ),
+    (
+        HystereticSpring((3,), "y", 1e5, 20.0, 3.0),
+        {"node": 3, "direction": "y"},
+        {"stiffness": (1e5, "N/m"), "force": (20.0, "N"), "sharpness": (3.0, "1")},
+    ),
     (SlackCable(54, 12.0), {"element": 54}, {"pretension": (12.0, "N")}),
     (
         HarmonicForce(3, "y", 2.0, 1.5, 0.3),
@@ -94,7 +100,7 @@ def test_words_and_units_are_the_contract_s(
 def test_every_kind_has_an_example_here() -> None:
     assert {cause.kind for cause, _, _ in WORDS} == set(CAUSES)
     assert {effect.kind for effect in EXAMPLES} == set(known_effects())
-    assert len(CAUSES) == 22
+    assert len(CAUSES) == 23
 
 
 def test_all_effects_together_come_back_equal(tmp_path: Path) -> None:

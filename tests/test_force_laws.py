@@ -17,6 +17,7 @@ from fe_models.causes import (
     Effect,
     GapStop,
     HarmonicForce,
+    MemorylessLaw,
     QuadraticDamper,
     QuadraticSpring,
     SlackCable,
@@ -61,6 +62,13 @@ PULLS = {  # of the elongation in the chain's four displacements, by hand
 }
 
 
+def law_of(structure: Structure) -> MemorylessLaw:
+    """The only force law of a structure."""
+    (law,) = force_laws(structure)
+    assert isinstance(law, MemorylessLaw)
+    return law
+
+
 def peaks(x: FloatArray) -> FloatArray:
     """The largest values of each swing (sample,), by parabolas through three samples."""
     inside = np.flatnonzero((x[1:-1] >= x[:-2]) & (x[1:-1] > x[2:])) + 1
@@ -78,7 +86,7 @@ def swing(effect: Effect, duration: float, step: float, start: float = 1.0) -> F
 @pytest.mark.parametrize("name", CHAIN_EFFECTS)
 def test_chain_with_an_effect_follows_an_independent_integrator(name: str) -> None:
     structure = four_dof().with_effects(CHAIN_EFFECTS[name])
-    (law,) = force_laws(structure)
+    law = law_of(structure)
     pull = np.array(PULLS[name], dtype=float)
     x0, v0 = np.array([1.0, -0.6, 0.8, 0.5]), np.array([0.2, 0.4, -0.5, 0.1])
     response = simulate_free(structure, x0[None], v0[None], FreeConfig(8.0, 20.0, 0.0025))
@@ -203,7 +211,7 @@ def test_a_release_under_gravity_moves_about_rest_as_without(name: str) -> None:
     pull = (PointLoad(1, "y", -12.0 if name == "stop" else 12.0),)
     released = simulate_release(structure, pull, ReleaseConfig(1.5, 200.0, 1e-3))
     start = released.displacement[0, 1]
-    (law,) = force_laws(structure)
+    law = law_of(structure)
     held = 0.0 if law.timed else float(law.force(start, 0.0))
     assert 100.0 * start + held == pytest.approx(pull[0].force, abs=1e-6)  # Newton's tolerance
     free = simulate_free(structure, np.array([[start]]), np.zeros((1, 1)), FreeConfig(1.5, 200.0, 5e-4))
@@ -236,7 +244,7 @@ def test_a_prestressed_cable_goes_slack_at_its_own_pretension() -> None:
 @pytest.mark.parametrize("name", [name for name in CHAIN_EFFECTS if name != "harmonic"])
 def test_every_sort_of_number_gives_the_same_force(name: str) -> None:
     """Floats, arrays and tensors do; Exudyn's symbolic numbers are in every simulation here."""
-    (law,) = force_laws(four_dof().with_effects(CHAIN_EFFECTS[name]))
+    law = law_of(four_dof().with_effects(CHAIN_EFFECTS[name]))
     u, v = np.random.default_rng(5).standard_normal((2, 40))
     whole = np.asarray(law.force(u, v, 0.3))
     np.testing.assert_allclose([law.force(float(a), float(b), 0.3) for a, b in zip(u, v, strict=True)], whole)
@@ -253,7 +261,7 @@ def test_every_sort_of_number_gives_the_same_force(name: str) -> None:
 @pytest.mark.parametrize("name", CHAIN_EFFECTS)
 def test_forces_have_slopes_by_their_parameters(name: str) -> None:
     """A search may put tensors in the place of numbers: what it gets are the slopes that differences show."""
-    (law,) = force_laws(four_dof().with_effects(CHAIN_EFFECTS[name]))
+    law = law_of(four_dof().with_effects(CHAIN_EFFECTS[name]))
     springs = CubicSpring | QuadraticSpring | GapStop | SlackLaw
     assert isinstance(law, springs | QuadraticDamper | CoulombFriction | HarmonicForce)
     u, v = np.random.default_rng(6).standard_normal((2, 40))
@@ -271,7 +279,7 @@ def test_forces_have_slopes_by_their_parameters(name: str) -> None:
 
 @pytest.mark.parametrize("name", CHAIN_EFFECTS)
 def test_laws_are_silent_at_rest_and_bounded_by_their_slopes(name: str) -> None:
-    (law,) = force_laws(four_dof().with_effects(CHAIN_EFFECTS[name]))
+    law = law_of(four_dof().with_effects(CHAIN_EFFECTS[name]))
     if not law.timed:
         assert abs(law.force(0.0, 0.0)) < 1e-30  # rounding, squared
     grid = np.linspace(-2, 2, 4001)

@@ -5,8 +5,9 @@ building it into the extended structure all use the definition here. There are t
 
 - Effects are part of a structure. A `Part` becomes springs, masses and dashpots; axial forces, dead load and modal
   damping change K or C otherwise. `assembly.linearise` has all of these in its matrices; `matrix_changes` gives them
-  alone. The others exert a force that depends on motion or time: a `ForceLaw`, on top of the linear model. Their
-  elongations are measured from the state at rest, where they exert none. `laws.force_laws` gives those of a structure.
+  alone. The others exert a force that depends on motion or time: a `ForceLaw`, on top of the linear model; a
+  `LawWithMemory` also on the way there. Their elongations are measured from the state at rest, where they exert none.
+  `laws.force_laws` gives those of a structure.
 - Faults of a sensor falsify a recording; faults of a load what is known to act in it.
 - The time steps, or the modal model, of the simulation itself.
 
@@ -14,7 +15,8 @@ A cause registers itself where it is defined: `CAUSES` has them all, in the orde
 """
 
 # isort: off
-from fe_models.causes.base import CAUSES, Cause, Effect, ForceLaw, Part, known_effects
+from fe_models.causes.force_law import ForceLaw, LawWithMemory, MemorylessLaw
+from fe_models.causes.base import CAUSES, Cause, Effect, Part, known_effects
 from fe_models.causes.connector import ConnectorEffect
 from fe_models.causes.stiffness_change import StiffnessChange
 from fe_models.causes.axial_force import AxialForce
@@ -28,6 +30,7 @@ from fe_models.causes.cubic_spring import CubicSpring
 from fe_models.causes.quadratic_spring import QuadraticSpring
 from fe_models.causes.quadratic_damper import QuadraticDamper
 from fe_models.causes.coulomb_friction import CoulombFriction
+from fe_models.causes.hysteretic_spring import HystereticSpring
 from fe_models.causes.gap_stop import GapStop
 from fe_models.causes.slack_cable import SlackCable
 from fe_models.causes.harmonic_force import HarmonicForce
@@ -55,10 +58,13 @@ __all__ = [
     "ForceLaw",
     "GapStop",
     "HarmonicForce",
+    "HystereticSpring",
+    "LawWithMemory",
     "LoadDelay",
     "LoadEffect",
     "LoadGain",
     "MassChange",
+    "MemorylessLaw",
     "ModalDamping",
     "Part",
     "PointDamper",

@@ -1,12 +1,13 @@
 """What all causes of a wrong simulation have in common, and the two ways in which a structure's effects act."""
 
-from abc import ABC, abstractmethod
+from abc import ABC
 from collections.abc import Mapping
 from dataclasses import field, fields
 from math import isfinite
 from numbers import Integral, Real
 from typing import Any, ClassVar, get_args
 
+from fe_models.causes.force_law import ForceLaw
 from fe_models.causes.wording import sentence
 from fe_models.structure import ROTATIONS, Carried, Direction, Structure
 
@@ -121,45 +122,13 @@ class Effect(Cause, Carried):
         """Return ``structure`` with what of this effect can be said in plain parts; by default nothing."""
         return structure
 
-    def law(self, structure: Structure) -> "ForceLaw | None":
+    def law(self, structure: Structure) -> ForceLaw | None:
         """Return the force that this effect adds to the linear model of ``structure``, None for linear effects."""
         return None
 
 
 class Part(Effect):
     """An effect that is a spring, a mass or a dashpot: `extend` says all of it."""
-
-
-class ForceLaw(ABC):
-    """A force along one elongation u = sum of c u(node, direction), with v its rate.
-
-    M u'' + C u' + K u + b force(b^T u, b^T u', t) = 0, b holding the coefficients c of the `pulls`. u is measured from
-    the state at rest (in a linear model zero) and t (s) from the start of the motion.
-    """
-
-    kind: ClassVar[str]
-    timed: ClassVar[bool] = False  # whether the force depends on t
-
-    @property
-    @abstractmethod
-    def pulls(self) -> tuple[tuple[int, Direction, float], ...]:
-        """Where it acts: (node, direction, coefficient) of each degree of freedom in the elongation."""
-
-    @abstractmethod
-    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
-        """Return the restoring force (N) at elongation ``u`` (m), rate ``v`` (m/s) and time ``t`` (s), any shape.
-
-        Plain arithmetic: takes floats, arrays, tensors and Exudyn's symbolic numbers alike.
-        """
-
-    def with_stiffness(self, factor: Any) -> "ForceLaw":
-        """Return the law where the element that it belongs to is ``factor`` times as stiff; itself without one."""
-        return self
-
-    @property
-    def largest_slopes(self) -> tuple[float, float]:
-        """The largest |d force/du| (N/m) and |d force/dv| (N s/m), 0 where they know no bound: steps depend on them."""
-        return 0.0, 0.0
 
 
 def known_effects() -> dict[str, type[Effect]]:

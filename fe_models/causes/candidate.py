@@ -7,6 +7,7 @@ is. A cause says in its own file at which places it makes which candidates.
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import Cause
+from fe_models.causes.force_law import LawWithMemory
 
 # of a prior width: the step at which a response counts as of first order, however long a recording is
 FIRST_ORDER_STEP = 1e-5
@@ -173,6 +175,11 @@ class LawCandidate(ForceCandidate):
     """
 
     part: int | None = None
+
+    @cached_property
+    def has_memory(self) -> bool:
+        """Whether its force depends on the way of the motion (`LawWithMemory`)."""
+        return isinstance(self.build(*self.width), LawWithMemory)
 
     @property
     def listed_with(self) -> str:

@@ -3,19 +3,20 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from fe_models.causes.base import Cause, Effect, ForceLaw, node_faults
+from fe_models.causes.base import Cause, Effect, node_faults
 from fe_models.causes.candidate import LawCandidate
+from fe_models.causes.force_law import ForceLaw, MemorylessLaw
 from fe_models.causes.places import Place
 from fe_models.causes.searched import Searched
 from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
-class ConnectorEffect(Searched, Effect, ForceLaw):
+class Connector(Searched, Effect, ForceLaw):
     """A force between a node and the ground, or between two nodes, in one direction.
 
-    The elongation u = u_last - u_first (or u of the only node), measured from the state at rest, and its rate v give
-    the `force` that pulls the last node back and the first one forth.
+    It follows from the elongation u = u_last - u_first (or u of the only node), measured from the state at rest, and
+    pulls the last node back and the first one forth.
     """
 
     nodes: tuple[int] | tuple[int, int]
@@ -34,6 +35,11 @@ class ConnectorEffect(Searched, Effect, ForceLaw):
     def faults(self, structure: Structure) -> list[str]:
         """Return faults of the place and of the parameters."""
         return node_faults(structure, self.nodes, self.direction) + self.number_faults()
+
+
+@dataclass(frozen=True)
+class ConnectorEffect(Connector, MemorylessLaw):
+    """A connector whose elongation and rate v give the `force`."""
 
 
 def law_at(

@@ -6,15 +6,16 @@ from math import pi
 from typing import Any, ClassVar
 
 from fe_models.causes.arithmetic import sine
-from fe_models.causes.base import Effect, ForceLaw, node_faults, parameter
+from fe_models.causes.base import Effect, node_faults, parameter
 from fe_models.causes.candidate import HarmonicCandidate
+from fe_models.causes.force_law import MemorylessLaw
 from fe_models.causes.known import Known
 from fe_models.causes.searched import Searched
 from fe_models.structure import Direction, Structure
 
 
 @dataclass(frozen=True)
-class HarmonicForce(Searched, Effect, ForceLaw):
+class HarmonicForce(Searched, Effect, MemorylessLaw):
     """A force on a node in one direction: F(t) = amplitude sin(2 pi frequency t + phase), t from the motion's start.
 
     ``phase`` (rad) is therefore one recording's own; a source that runs through several has another in each.
@@ -38,7 +39,7 @@ class HarmonicForce(Searched, Effect, ForceLaw):
         """Return -F(t) (N), as a restoring force; it depends on neither ``u`` nor ``v``."""
         return -self.amplitude * sine(2 * pi * self.frequency * t + self.phase)
 
-    def law(self, structure: Structure) -> ForceLaw:
+    def law(self, structure: Structure) -> MemorylessLaw:
         """Return the force itself."""
         return self
 

@@ -9,8 +9,9 @@ import numpy as np
 from scipy.sparse import csr_array
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.causes.base import Cause, Effect, ForceLaw
+from fe_models.causes.base import Cause, Effect
 from fe_models.causes.candidate import Changes
+from fe_models.causes.force_law import ForceLaw
 from fe_models.causes.load_name import LoadName
 from fe_models.causes.places import (
     MIN_MOTION_SHARE,

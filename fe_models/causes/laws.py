@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from fe_models.causes.base import Effect, ForceLaw, Part
+from fe_models.causes.base import Effect, Part
+from fe_models.causes.force_law import ForceLaw
 from fe_models.structure import Structure
 
 

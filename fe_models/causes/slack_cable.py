@@ -9,8 +9,9 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.arithmetic import SMOOTHING, smooth_ramp
-from fe_models.causes.base import Effect, ForceLaw, element_faults, negative_faults, parameter
+from fe_models.causes.base import Effect, element_faults, negative_faults, parameter
 from fe_models.causes.candidate import LawCandidate
+from fe_models.causes.force_law import MemorylessLaw
 from fe_models.causes.known import Known
 from fe_models.causes.places import LARGEST_QUANTILE, MIN_ELONGATION_SHARE, STARTING_SHARES
 from fe_models.causes.searched import Searched
@@ -78,7 +79,7 @@ class SlackCable(Searched, Effect):
 
 
 @dataclass(frozen=True)
-class SlackLaw(ForceLaw):
+class SlackLaw(MemorylessLaw):
     """What slackness adds to a bar: force = stiffness ramp(-u - N0 / stiffness), pushing the nodes apart again.
 
     ``vector`` (m) leads along a cable. Contact with slackness sets in smoothly within 1 % of N0 / stiffness.

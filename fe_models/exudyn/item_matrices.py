@@ -8,8 +8,9 @@ import numpy as np
 from exudyn.itemInterface import ObjectConnectorCoordinate
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import ForceLaw
+from fe_models.causes import ForceLaw, LawWithMemory, MemorylessLaw
 from fe_models.causes.axial_force import GeometricStiffness, axial_forces
+from fe_models.causes.force_law import SlowPull
 from fe_models.causes.laws import with_parts
 from fe_models.causes.slack_cable import SlackLaw
 from fe_models.exudyn.items import (
@@ -19,7 +20,9 @@ from fe_models.exudyn.items import (
     add_chord_law,
     add_force_law,
     add_item,
+    add_law_with_memory,
     add_node,
+    add_spread_law,
     coordinate_marker,
     ground_marker,
     new_system,
@@ -123,6 +126,15 @@ def _add_law(system: ExudynSystem, mesh: Mesh, law: ForceLaw, nodes: list[int], 
         length = float(np.hypot(*(np.array(law.vector) + moved[1] - moved[0])))
         add_chord_law(system, law, [nodes[first - 1], nodes[last - 1]], length)
         return
-    markers = [coordinate_marker(system, nodes[n - 1], system.directions.index(d)) for n, d, _ in law.pulls]
-    elongation = sum(c * reference[mesh.dofs.row(node, direction)] for node, direction, c in law.pulls)
-    add_force_law(system, law, markers, float(elongation))
+    elongation = float(sum(c * reference[mesh.dofs.row(node, direction)] for node, direction, c in law.pulls))
+    if isinstance(law, LawWithMemory | SlowPull):
+        own, per_node = sorted({node for node, _, _ in law.pulls}), len(system.directions)
+        rows = np.concatenate([per_node * (node - 1) + np.arange(per_node) for node in own])
+        pull, there = mesh.dofs.pull(law.pulls)[rows], [nodes[node - 1] for node in own]
+        if isinstance(law, LawWithMemory):
+            add_law_with_memory(system, law, there, pull, rows)
+        else:
+            add_spread_law(system, law, there, pull, elongation)
+    elif isinstance(law, MemorylessLaw):
+        markers = [coordinate_marker(system, nodes[n - 1], system.directions.index(d)) for n, d, _ in law.pulls]
+        add_force_law(system, law, markers, elongation)

@@ -20,6 +20,7 @@ from exudyn.advancedUtilities import CreateSymbolicUserFunction
 from exudyn.itemInterface import (
     MarkerNodeCoordinate,
     MarkerNodePosition,
+    NodeGenericODE1,
     NodeGenericODE2,
     NodePoint2D,
     NodePointGround,
@@ -27,12 +28,13 @@ from exudyn.itemInterface import (
     ObjectBeamGeometricallyExact2D,
     ObjectConnectorCoordinateSpringDamper,
     ObjectConnectorSpringDamper,
+    ObjectGenericODE1,
     ObjectGenericODE2,
 )
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.cables import cable_free_length
-from fe_models.causes import ConnectorEffect, ForceLaw
+from fe_models.causes import ConnectorEffect, LawWithMemory, MemorylessLaw
 from fe_models.causes.axial_force import GeometricStiffness, geometric_stiffness
 from fe_models.structure import (
     PLANE_FRAME,
@@ -53,12 +55,15 @@ Item = Element | PointMass | Dashpot | GeometricStiffness | ConnectorEffect
 
 @dataclass(frozen=True)
 class ExudynSystem:
-    """A quiet Exudyn system under construction; ``functions`` keeps alive what Exudyn refers to only by address."""
+    """A quiet Exudyn system under construction; ``functions`` keeps alive what Exudyn refers to only by address;
+    ``memories``: the nodes of laws with memory, in the order of the system's ODE1 coordinates.
+    """
 
     directions: tuple[Direction, ...]
     container: Any
     mbs: Any
     functions: list[object] = field(default_factory=list)
+    memories: list[Index] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -192,7 +197,7 @@ def _tension_only(system: ExudynSystem) -> object:
     return _symbolic(system, tension, "ObjectConnectorSpringDamper")
 
 
-def add_force_law(system: ExudynSystem, law: ForceLaw, markers: list[Index], reference: float = 0.0) -> None:
+def add_force_law(system: ExudynSystem, law: MemorylessLaw, markers: list[Index], reference: float = 0.0) -> None:
     """Add the law's own `force` between coordinate markers, as a function that Exudyn evaluates without Python.
 
     Its elongation is u_last - u_first, or u of the only marker, less ``reference`` (m).
@@ -207,7 +212,7 @@ def add_force_law(system: ExudynSystem, law: ForceLaw, markers: list[Index], ref
     _add_between(system, markers, springForceUserFunction=function)
 
 
-def add_chord_law(system: ExudynSystem, law: ForceLaw, nodes: list[Index], length: float) -> None:
+def add_chord_law(system: ExudynSystem, law: MemorylessLaw, nodes: list[Index], length: float) -> None:
     """Add the law's own `force` along the line between two nodes, on what exceeds the ``length`` (m) of that line."""
 
     def force(
@@ -224,18 +229,51 @@ def add_chord_law(system: ExudynSystem, law: ForceLaw, nodes: list[Index], lengt
     )
 
 
-def add_spread_law(system: ExudynSystem, law: ForceLaw, node: Index, pull: FloatArray) -> None:
-    """Add the law's own `force` on the elongation ``pull`` (n,) times the n coordinates of a node.
+def add_spread_law(
+    system: ExudynSystem, law: MemorylessLaw, nodes: list[Index], pull: FloatArray, reference: float = 0.0
+) -> None:
+    """Add the law's own `force` on the elongation ``pull`` (n,) times the n coordinates of ``nodes``, less a
+    ``reference`` (m).
 
     Exudyn calls Python for it, which costs about as much as all the rest of a small system.
     """
 
     def force(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any) -> FloatArray:
-        return -pull * float(law.force(pull @ np.asarray(q), pull @ np.asarray(q_t), t))
+        return -pull * float(law.force(pull @ np.asarray(q) - reference, pull @ np.asarray(q_t), t))
 
     nothing = np.zeros((len(pull), len(pull)))
     system.functions.append(force)
-    system.mbs.AddObject(ObjectGenericODE2(nodeNumbers=[node], massMatrix=nothing, forceUserFunction=force))
+    system.mbs.AddObject(ObjectGenericODE2(nodeNumbers=nodes, massMatrix=nothing, forceUserFunction=force))
+
+
+def add_law_with_memory(
+    system: ExudynSystem, law: LawWithMemory, nodes: list[Index], pull: FloatArray, rows: IntArray
+) -> None:
+    """Add a law whose elongation is ``pull`` (n,) times the n coordinates of ``nodes``, of which ``rows`` (n,) are the
+    numbers among all: its z is an ODE1 coordinate, which every integrator takes along.
+    """
+    data, number = system.mbs.systemData, len(system.memories)
+    stiffness = law.largest_slopes[0] * np.outer(pull, pull)
+
+    def rate(mbs: Any, t: float, itemNumber: Any, z: Any) -> list[float]:
+        return [float(law.rate(pull @ np.asarray(data.GetODE2Coordinates_t())[rows], z[0]))]
+
+    def force(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any) -> FloatArray:
+        return -pull * float(law.force_of(data.GetODE1Coordinates()[number]))
+
+    def slope(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any, fODE2: Any, fODE2_t: Any) -> FloatArray:
+        return -fODE2 * stiffness  # while it does not slide; Exudyn would take differences that do not see z
+
+    system.functions.extend((rate, force, slope))
+    node = system.mbs.AddNode(
+        NodeGenericODE1(referenceCoordinates=[0.0], initialCoordinates=[0.0], numberOfODE1Coordinates=1)
+    )
+    system.memories.append(node)
+    system.mbs.AddObject(ObjectGenericODE1(nodeNumbers=[node], rhsUserFunction=rate))
+    nothing = np.zeros_like(stiffness)
+    system.mbs.AddObject(
+        ObjectGenericODE2(nodeNumbers=nodes, massMatrix=nothing, forceUserFunction=force, jacobianUserFunction=slope)
+    )
 
 
 def add_drive(system: ExudynSystem, nodes: list[Index], force: Callable[[float], FloatArray]) -> None:

@@ -14,15 +14,17 @@ from exudyn.itemInterface import (
 )
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import ForceLaw
+from fe_models.causes import ForceLaw, LawWithMemory, MemorylessLaw
+from fe_models.causes.force_law import SlowPull
 from fe_models.causes.laws import with_parts
-from fe_models.errors import InputError
+from fe_models.errors import InputError, raise_faults
 from fe_models.exudyn.item_matrices import element_vector, whole_system
 from fe_models.exudyn.items import (
     ExudynSystem,
     Options,
     add_drive,
     add_force_law,
+    add_law_with_memory,
     add_spread_law,
     coordinate_marker,
     ground_marker,
@@ -37,6 +39,7 @@ STATIC_TOLERANCE = 1e-6  # of Newton's first residual in each load step
 # and leaves polynomials as they are up to order 3; at an end and the step before it, from there inwards, up to order 2.
 SMOOTHING_WEIGHTS = np.array([-1, 4, 10, 4, -1]) / 16
 END_SMOOTHING_WEIGHTS = np.array([[14, 6, -6, 2], [2, 10, 6, -2]]) / 16
+MEMORY_TOLERANCE = 0.02  # of what a law with memory can carry: how far a step may lead beyond
 SMALLEST_TOLERANCE = 1e-10  # N, Exudyn's own, for structures of springs alone
 
 
@@ -68,7 +71,8 @@ def static_displacement(
     ``slack`` lets cables go slack. ``start`` (dof,) is where the iteration begins, by default the drawn geometry. The
     force ``laws`` act on elongations from the displacement ``reference`` (dof,).
     """
-    system = whole_system(structure, mesh, Options(structure.damping, slack=slack), laws, reference)
+    pulled = tuple(SlowPull(law) if isinstance(law, LawWithMemory) else law for law in laws)
+    system = whole_system(structure, mesh, Options(structure.damping, slack=slack), pulled, reference)
     _add_loads(system, structure, mesh, load)
     system.mbs.Assemble()
     if start is not None:
@@ -125,7 +129,10 @@ def motion_after_release(
     system.mbs.Assemble()
     data = system.mbs.systemData
     data.SetODE2Coordinates(start.tolist(), exu.ConfigurationType.Initial)
+    rest = np.zeros(len(start)) if reference is None else reference
+    _remember(system, [(law, float(mesh.dofs.pull(law.pulls) @ (start - rest))) for law in laws])
     response = np.zeros((3, steps.outputs + 1, len(start)))
+    largest = np.zeros(len(system.memories))
     taken = -1  # Exudyn calls back before the first step, too
 
     def record(_system: Any, _time: float) -> bool:
@@ -135,6 +142,7 @@ def motion_after_release(
         if rest == 0 and output <= steps.outputs:
             vectors = data.GetODE2Coordinates(), data.GetODE2Coordinates_t()
             response[:2, output] = np.where(mesh.dofs.free, vectors, 0.0)
+            largest[:] = np.maximum(largest, np.abs(data.GetODE1Coordinates()))
             advance()
         for near, weight in _calmed_by(taken, steps):
             response[2, near] += weight * np.where(mesh.dofs.free, data.GetODE2Coordinates_tt(), 0.0)
@@ -144,6 +152,7 @@ def motion_after_release(
     settings = _dynamic_settings(steps, "newmark")
     settings.timeIntegration.newton.absoluteTolerance = _force_rounding(structure, mesh)
     _integrate(system, settings, "newmark", steps)
+    _check_memories(list(laws), largest, steps)
     return response
 
 
@@ -204,6 +213,7 @@ class FreeMotion:
         mbs.AddObject(
             ObjectGenericODE2(nodeNumbers=[node], massMatrix=mass, dampingMatrix=damping, stiffnessMatrix=stiffness)
         )
+        self._laws = laws
         for law, pull in laws:
             self._add_law(law, node, pull)
         if drive is not None:
@@ -212,27 +222,62 @@ class FreeMotion:
         self._sensors = [
             mbs.AddSensor(SensorNode(nodeNumber=node, outputVariableType=kind, storeInternal=True)) for kind in kinds
         ]
+        self._memories = [
+            mbs.AddSensor(SensorNode(nodeNumber=memory, outputVariableType=kinds[0], storeInternal=True))
+            for memory in self._system.memories
+        ]
         mbs.Assemble()
         self._steps, self._integrator = steps, integrator
         self._settings = _dynamic_settings(steps, integrator)
 
     def _add_law(self, law: ForceLaw, node: Any, pull: FloatArray) -> None:
-        """Add a law on one coordinate, or on the difference of two, evaluated by Exudyn; on any others by Python."""
+        """Add a law on one coordinate, or on the difference of two, evaluated by Exudyn; any other by Python."""
+        if isinstance(law, LawWithMemory):
+            add_law_with_memory(self._system, law, [node], pull, np.arange(len(pull)))
+            return
+        assert isinstance(law, MemorylessLaw)
         marker = {float(pull[row]): coordinate_marker(self._system, node, int(row)) for row in np.flatnonzero(pull)}
         if len(marker) == np.count_nonzero(pull) and marker.keys() <= {1.0, -1.0}:
             ground = ground_marker(self._system)
             add_force_law(self._system, law, [marker.get(-1.0, ground), marker.get(1.0, ground)])
         else:
-            add_spread_law(self._system, law, node, pull)
+            add_spread_law(self._system, law, [node], pull)
 
-    def run(self, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return displacement and velocity, each (time, free), from the given initial ones (free,)."""
+    def run(self, displacement: FloatArray, velocity: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return displacement and velocity, each (time, free), from the given initial ones (free,); and what the laws
+        with memory have of them, z (time, law).
+        """
         data = self._system.mbs.systemData
         data.SetODE2Coordinates(displacement.tolist(), exu.ConfigurationType.Initial)
         data.SetODE2Coordinates_t(velocity.tolist(), exu.ConfigurationType.Initial)
+        _remember(self._system, [(law, float(pull @ displacement)) for law, pull in self._laws])
         _integrate(self._system, self._settings, self._integrator, self._steps)
-        x, v = (np.asarray(self._system.mbs.GetSensorStoredData(sensor))[:, 1:] for sensor in self._sensors)
-        return x, v
+        x, v = (self._stored(sensor) for sensor in self._sensors)
+        remembered = np.hstack([np.zeros((len(x), 0)), *(self._stored(sensor) for sensor in self._memories)])
+        _check_memories([law for law, _ in self._laws], np.abs(remembered).max(axis=0), self._steps)
+        return x, v, remembered
+
+    def _stored(self, sensor: Any) -> FloatArray:
+        return np.asarray(self._system.mbs.GetSensorStoredData(sensor))[:, 1:]
+
+
+def _remember(system: ExudynSystem, laws: list[tuple[ForceLaw, float]]) -> None:
+    """Begin with what each law with memory has after a slow pull to its elongation (m)."""
+    begun = [float(law.pulled_to(elongation)) for law, elongation in laws if isinstance(law, LawWithMemory)]
+    if begun:
+        system.mbs.systemData.SetODE1Coordinates(begun, exu.ConfigurationType.Initial)
+
+
+def _check_memories(laws: list[ForceLaw], largest: FloatArray, steps: Steps) -> None:
+    """Refuse steps in which the ``largest`` z (law,) of laws with memory went beyond what these can have."""
+    step = steps.interval / steps.per_output
+    remembering = [law for law in laws if isinstance(law, LawWithMemory)]
+    raise_faults(
+        f"a step of {step:.3g} s is too long for the {law.kind}, which would carry {own / law.largest:.2g} times what"
+        " it can: choose a smaller step"
+        for law, own in zip(remembering, largest.tolist(), strict=True)
+        if own > (1 + MEMORY_TOLERANCE) * law.largest
+    )
 
 
 def _integrate(system: ExudynSystem, settings: Any, integrator: Literal["rk67", "newmark"], steps: Steps) -> None:

@@ -37,7 +37,8 @@ stiffness_change (element or elements, factor), mass_change (elements, factor), 
 support_spring (node, direction, stiffness),
 axial_force (elements, force), dead_load (; share), modal_damping (modes, ratio); and, with node or nodes and direction,
 point_damper (coefficient), quadratic_damper (coefficient), coulomb_friction (force; regularisation), cubic_spring
-(stiffness), quadratic_spring (stiffness), gap_stop (gap, stiffness, side); slack_cable (element, pretension);
+(stiffness), quadratic_spring (stiffness), gap_stop (gap, stiffness, side), hysteretic_spring (stiffness, force,
+sharpness); slack_cable (element, pretension);
 harmonic_force (node, direction, amplitude, frequency; phase). What follows a semicolon may be left out. Of factor,
 force and ratio one stands for all places, or a list holds one for each.
 """

@@ -8,7 +8,7 @@ import torch
 from torch import Tensor, nn
 
 from fe_models.arrays import FloatArray
-from fe_models.causes import ForceLaw
+from fe_models.causes import ForceLaw, MemorylessLaw
 from fe_models.errors import raise_faults
 from fe_models.linear import ModalModel
 from hybrid.neural_modal_ode.config import DYNAMICS
@@ -27,18 +27,30 @@ class ModalDynamics(nn.Module):
 
     The physical part is fixed: Lambda = diag(omega^2), Gamma = diag(2 xi omega), and the force laws of
     the effects that the structure carries. The ``residual`` is what is learned. `InputError` for forces that depend on
-    time: a window does not say when in its recording it begins.
+    time, or on what the motion was before: a window does not say when in its recording it begins, nor what came before.
     """
 
     def __init__(self, modal: ModalModel, effects: Sequence[ForceLaw], scale: StateScale, residual: Residual) -> None:
         super().__init__()
         timed = dict.fromkeys(effect.kind for effect in effects if effect.timed)
+        own = tuple(effect for effect in effects if isinstance(effect, MemorylessLaw))
+        remembering = dict.fromkeys(effect.kind for effect in effects if not isinstance(effect, MemorylessLaw))
         raise_faults(
-            f"the hybrid model takes no force that depends on time, and the structure has {kind}" for kind in timed
+            [
+                *(
+                    f"the hybrid model takes no force that depends on time, and the structure has {kind}"
+                    for kind in timed
+                ),
+                *(
+                    f"the hybrid model takes no force with a memory, and the structure has {kind}: take it out of the"
+                    " model, and a net learns what it can of it"
+                    for kind in remembering
+                ),
+            ]
         )
         modes = len(modal.omega)
         self.modes = modes
-        self.effects = tuple(effects)
+        self.effects = own
         dtype = torch.get_default_dtype()
         shapes = np.array([effect_shape(modal, effect) for effect in effects]).reshape(len(effects), modes)
         self.a: Tensor

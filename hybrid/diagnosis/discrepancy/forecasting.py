@@ -10,8 +10,12 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest
-from hybrid.diagnosis.discrepancy.law_fit import LawFit
+from hybrid.diagnosis.discrepancy.kalman import Filtered
+from hybrid.diagnosis.discrepancy.law_fit import LawFit, force_along
+from hybrid.diagnosis.discrepancy.law_forces import RememberedForce
+from hybrid.diagnosis.discrepancy.linearisation import linearised
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
+from hybrid.diagnosis.discrepancy.remembered_motion import moved_on
 from hybrid.diagnosis.discrepancy.size import STARTED, Discrepancy
 from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.fitting.forecast_score import (
@@ -35,7 +39,7 @@ from hybrid.diagnosis.response.system import Force, System, observability
 class Forecaster:
     """The ``spaces`` of modes that a structure may have, as ``systems`` under its force law, if any, with the
     ``spreads`` (state, state) of their initial states; the ``discrepancy`` of its motions; ``roles``: what recordings
-    show.
+    show. ``remembered``: the force of a law with a memory.
     """
 
     spaces: tuple[ModalSpace, ...]
@@ -43,6 +47,7 @@ class Forecaster:
     spreads: tuple[FloatArray, ...]
     discrepancy: Discrepancy
     roles: SensorRoles
+    remembered: RememberedForce | None = None
 
     @classmethod
     def of(
@@ -59,6 +64,9 @@ class Forecaster:
         systems = tuple(system_of_modes(space, nominal, roles, law) for space in spaces)
         spreads = tuple(_spread_of(system, train, roles) for system in systems)
         loose = cls(tuple(spaces), systems, spreads, STARTED, roles)
+        acting = None if law is None else force_along(nominal, law.candidate, law.theta)
+        if law is not None and isinstance(acting, RememberedForce):
+            return replace(loose, remembered=acting, discrepancy=law.track.discrepancy)
         if law is not None:  # which goes from initial states alone
             return loose
         known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
@@ -73,15 +81,30 @@ class Forecaster:
         tried = []
         for index, space in enumerate(self.spaces):
             motion = followed(space, np.ascontiguousarray(data), noise[0])
-            known = filtered_by(space, motion, self.discrepancy)
+            known = self._known(space, motion)
             tried.append((known.log_density, Begun(index, space, motion, known.states)))
         return max(tried, key=lambda item: item[0])[1]
+
+    def _known(self, space: ModalSpace, motion: Followed) -> Filtered:
+        """Return what a filter makes of a motion, under the law with a memory where there is one: about a motion whose
+        modes go their own way first, then about what it found itself.
+        """
+        if self.remembered is None:
+            return filtered_by(space, motion, self.discrepancy)
+        best = filtered_by(space, motion, Discrepancy(DISCREPANCY.loose_size, DISCREPANCY.loose_share))
+        for _ in range(DISCREPANCY.passes):
+            about = replace(motion, motion=linearised(space, best.states, [self.remembered]))
+            best = filtered_by(space, about, self.discrepancy)
+        return best
 
     def forecast(self, batch: Batch) -> FloatArray:
         """Return the channels (recording, time, sensor) as the first fifth of the measured ones has them go on.
 
-        A law's from initial states alone; free motion as a filter knows it at the end of that fifth.
+        A law's from initial states alone; free motion, and one under a law with a memory, as a filter knows it at the
+        end of that fifth.
         """
+        if self.remembered is not None:
+            return np.array([self._remembering(batch, number, self.remembered) for number in range(len(batch.names))])
         if self.systems[0].forces:
             return self._under_law(batch)
         return np.array([self._free(batch, number) for number in range(len(batch.names))])
@@ -95,6 +118,12 @@ class Forecaster:
         z = (of_q * begun.states[-1, :n] + of_rate * begun.states[-1, n:]) * np.exp(np.outer(later, begun.space.roots))
         going_on = np.concatenate([z.real, np.real(begun.space.roots * z)], axis=1)
         return np.concatenate([begun.states, going_on]) @ output.T
+
+    def _remembering(self, batch: Batch, number: int, law: RememberedForce) -> FloatArray:
+        begun = self.begun(batch, number)
+        system = self.systems[begun.index]
+        states, force = moved_on(law, begun.space, begun.states, batch.samples)
+        return np.asarray(states @ system.C[0].T + np.outer(force, system.D[0, :, 0]))
 
     def _under_law(self, batch: Batch) -> FloatArray:
         best, least = np.zeros_like(batch.recorded), np.full(len(batch.data), np.inf)

@@ -42,10 +42,12 @@ def filtered(
     of the initial state.
     """
     T, C, noise = motion.transition, motion.output, np.ascontiguousarray(np.broadcast_to(noise, data.shape))
+    drift, first = motion.with_memories(motion.drift), motion.with_memories(-motion.states[0])
+    variances = np.append(begin, motion.first**2)
     white, gains, scales, predicted, covariance, log_scale = _filter(
-        T, C, motion.drift, pushes, step, noise, data - motion.shown, -motion.states[0], begin
+        T, C, drift, pushes, step, noise, data - motion.shown, first, variances
     )
-    states = motion.states + _smooth(T, C, white, gains, scales, predicted, covariance)
+    states = motion.states + _smooth(T, C, white, gains, scales, predicted, covariance)[:, : motion.states.shape[1]]
     return Filtered(motion, white, gains, scales, states, -float(log_scale))
 
 
@@ -53,7 +55,7 @@ def unexpected(known: Filtered, added: FloatArray, shown: FloatArray) -> FloatAr
     """Return what the filter would not expect of motions that it does not know, white (variant, time, sensor): driven
     by what is ``added`` to states (variant, time, 2 mode), and ``shown`` (variant, time, sensor) at once.
     """
-    motion = known.motion
+    motion, added = known.motion, known.motion.with_memories(added)
     return np.asarray(_respond(motion.transition, motion.output, known.gains, known.scales, added, shown))
 
 
@@ -70,7 +72,7 @@ def _filter(
     begin: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
     samples, sensors = data.shape
-    size, modes, varying = len(first), len(first) // 2, len(T) > 1
+    size, modes, varying = len(first), pushes.shape[1], len(T) > 1
     white, gains = np.zeros((samples, sensors)), np.zeros((samples, size, sensors))
     scales, predicted = np.zeros((samples, sensors, sensors)), np.zeros((samples, size))
     covariance = np.zeros((samples, size, size))

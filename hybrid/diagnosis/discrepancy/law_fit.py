@@ -9,10 +9,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import HystereticSpring
 from fe_models.causes.candidate import LawCandidate
 from hybrid.diagnosis.discrepancy.config import LAW_FIT, SETTLING
+from hybrid.diagnosis.discrepancy.hysteresis import Hysteresis
 from hybrid.diagnosis.discrepancy.kalman import unexpected
-from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised, pushed_by
+from hybrid.diagnosis.discrepancy.law_forces import DirectForce, LawForce, RememberedForce
+from hybrid.diagnosis.discrepancy.linearisation import linearised, pushed_by
 from hybrid.diagnosis.discrepancy.settling import log_posterior_of, settled
 from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, track
@@ -34,13 +37,16 @@ class LawFit:
 
 
 def force_along(nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawForce:
-    """Return pull and force of a law of ``theta`` (parameter,)."""
+    """Return the force of a law of ``theta`` (parameter,)."""
+    spring = law.build(*theta.tolist())
+    if isinstance(spring, HystereticSpring):
+        return RememberedForce(law.pull, Hysteresis(spring))
     force = force_of(law, nominal, theta[None], np.ones((1, len(nominal.parts))))
 
     def along(u: FloatArray, v: FloatArray) -> FloatArray:
         return np.ravel(np.broadcast_to(force(u[None], v[None]), (1, len(u))))
 
-    return law.pull, along
+    return DirectForce(law.pull, along)
 
 
 def response(item: Track, nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> list[FloatArray]:

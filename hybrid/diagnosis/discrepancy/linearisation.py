@@ -3,28 +3,28 @@
     x' = A x + k(x) in each step,   y = C x + direct f(x),   x = x0 + d:
     d' = (A + dk/dx) d + (A x0 + k(x0) - x0'),   y - C x0 - direct f(x0) = (C + direct df/dx) d
 
-so that a filter that knows the slopes of the forces finds motion and forces together, as Newton's method would.
+so that a filter that knows the slopes of the forces finds motion and forces together, as Newton's method would. What a
+law remembers is a state beside q and q', d = (q, q', z).
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from fe_models.arrays import TINY, FloatArray
+from fe_models.arrays import FloatArray
+from hybrid.diagnosis.discrepancy.law_forces import DirectForce, LawForce, RememberedForce
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 
-SLOPE_STEP = 1e-5  # of the rms elongation, or rate
-
-LawForce = tuple[FloatArray, Callable[[FloatArray, FloatArray], FloatArray]]
-"""A pull (dof,), and the force by which elongation and rate (part,) are pulled back (part,)."""
+FIRST_SHARE = 0.3  # of its reach: how far what a spring remembers at first may be from that of a slow pull
 
 
 @dataclass(frozen=True, eq=False)
 class Linearisation:
-    """The ``states`` (time, 2 mode) about which a motion is linear; the ``transition`` (time, 2 mode, 2 mode) of what
-    is beside them, and the ``drift`` (time, 2 mode) that it has in each step; the ``output`` (time, sensor, 2 mode) and
-    what the states have ``shown`` (time, sensor). One transition and output alone: the same at all times.
+    """The ``states`` (time, 2 mode) about which a motion is linear; the ``transition`` (time, state, state) of what is
+    beside them, and the ``drift`` (time, 2 mode) that it has in each step; the ``output`` (time, sensor, state) and
+    what the states have ``shown`` (time, sensor). One transition and output alone: the same at all times. States beyond
+    q and q' are what laws remember, of which ``first`` (law,) is the standard deviation at first, m.
     """
 
     states: FloatArray
@@ -32,6 +32,11 @@ class Linearisation:
     drift: FloatArray
     output: FloatArray
     shown: FloatArray
+    first: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+    def with_memories(self, values: FloatArray) -> FloatArray:
+        """Return ``values`` (..., 2 mode) with zeros for what laws remember, (..., state)."""
+        return np.concatenate([values, np.zeros((*values.shape[:-1], len(self.first)))], axis=-1)
 
 
 def linear(space: ModalSpace, samples: int) -> Linearisation:
@@ -47,36 +52,43 @@ def pushed_by(
     """Return what a law adds to the states in each step (time, 2 mode), and to the channels at once (time, sensor),
     along a motion whose states within the steps, q and q' (part, mode), are ``between``.
     """
-    pull, force = law
-    along = pull @ space.shapes
-    u, v = (part @ along for part in between)
-    return space.pushed(-force(u, v), pull)
+    return space.pushed(-law.along(*elongation_of(law, space, between)), law.pull)
+
+
+def elongation_of(
+    law: LawForce, space: ModalSpace, between: tuple[FloatArray, FloatArray]
+) -> tuple[FloatArray, FloatArray]:
+    """Return elongation and rate (part,) of a law along a motion whose q and q' (part, mode) are ``between``."""
+    along = law.pull @ space.shapes
+    return between[0] @ along, between[1] @ along
 
 
 def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) -> Linearisation:
     """Return the motion under force ``laws`` about ``states`` (time, 2 mode)."""
-    between = space.between(states)
-    A, C = space.whole_transition, space.output
-    transition, output = np.repeat(A[None], len(states), axis=0), np.repeat(C[None], len(states), axis=0)
+    between, size = space.between(states), states.shape[1]
+    remembering = [law for law in laws if isinstance(law, RememberedForce)]
+    whole, A, C = size + len(remembering), space.whole_transition, space.output
+    transition, output = np.zeros((len(states), whole, whole)), np.zeros((len(states), len(C), whole))
+    transition[:, :size, :size], output[:, :, :size] = A, C
     drift, shown = states @ A.T, states @ C.T
     for law in laws:
-        pull, force = law
         added, direct = pushed_by(law, space, between)
         drift, shown = drift + added, shown + direct
-        by_u, by_v = _slopes(force, *(part @ (pull @ space.shapes) for part in between))
-        steps, felt = space.stiffened(-by_u, -by_v, pull)
-        transition += steps
-        output += felt
+        u, v = elongation_of(law, space, between)
+        if isinstance(law, DirectForce):
+            by_u, by_v = law.slopes(u, v)
+            steps, felt = space.stiffened(-by_u, -by_v, law.pull)
+            transition[:, :size, :size] += steps
+            output[:, :, :size] += felt
+    for number, law in enumerate(remembering, start=size):
+        course = law.hysteresis.along(elongation_of(law, space, between)[0])
+        stiffness = law.hysteresis.spring.stiffness
+        own = [*range(size), number]
+        steps, memory, felt = space.remembered(course.kept, course.follows, -stiffness, law.pull)
+        transition[:, :size, own] += steps
+        transition[:, number, own] = memory
+        output[:, :, number] += felt
     drift[:-1] -= states[1:]
     drift[-1] = 0.0
-    return Linearisation(states, transition, drift, output, shown)
-
-
-def _slopes(
-    force: Callable[[FloatArray, FloatArray], FloatArray], u: FloatArray, v: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Return the slopes (part,) of a force by elongation and rate."""
-    steps = [SLOPE_STEP * max(float(np.std(part)), TINY) for part in (u, v)]
-    by_u = (force(u + steps[0], v) - force(u - steps[0], v)) / (2 * steps[0])
-    by_v = (force(u, v + steps[1]) - force(u, v - steps[1])) / (2 * steps[1])
-    return by_u, by_v
+    first = np.array([FIRST_SHARE * law.hysteresis.spring.reach for law in remembering])
+    return Linearisation(states, transition, drift, output, shown, first)

@@ -92,7 +92,7 @@ class ModalSpace:
         """Return what a ``force`` (part,) along ``pull`` (dof,) adds to the states in each step (time, 2 mode), and to
         the channels at once (time, sensor).
         """
-        participation, passed = pull @ self.shapes, self._passed(force)
+        participation, passed = pull @ self.shapes, self.passed(force)
         direct = (self.rows @ self.shapes) @ participation * self.feels
         return self._within_steps(passed) @ self._integrals * np.tile(participation, 2), np.outer(
             passed[:: DISCREPANCY.parts], direct
@@ -151,7 +151,31 @@ class ModalSpace:
         )  # (time, 2 mode)
         return steps, direct[None, :, None] * at[:, None]
 
-    def _passed(self, force: FloatArray) -> FloatArray:
+    def remembered(
+        self, kept: FloatArray, follows: FloatArray, stiffness: float, pull: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return how a force ``stiffness`` z along ``pull`` (dof,) changes the transition of each step of q, q' and z,
+        (time, 2 mode, 2 mode + 1), that of z itself (time, 2 mode + 1), and what sensors show of z (sensor,).
+
+        In each part of a step z grows with itself and with the elongation's step, ``kept`` and ``follows`` (part - 1,).
+        """
+        n, along, parts = self.count, pull @ self.shapes, DISCREPANCY.parts
+        kicks = self._integrals * np.tile(along, 2)
+        steps, within = len(kept) // parts + 1, np.zeros((2, len(kept) // parts + 1, parts))
+        within[0] = 1.0
+        within[:, :-1] = kept.reshape(-1, parts), follows.reshape(-1, parts)
+        elongation = (along[:, None] * self.propagators[0, :, :, 0]).transpose(0, 2, 1).reshape(parts + 1, 2 * n)
+        z, whole = np.zeros((steps, 2 * n + 1)), np.zeros((steps, 2 * n, 2 * n + 1))
+        z[:, -1] = 1.0
+        for part in range(parts + 1):
+            whole += stiffness * kicks[part][None, :, None] * z[:, None]
+            if part < parts:
+                z = within[0, :, part, None] * z
+                z[:, :-1] += within[1, :, part, None] * (elongation[part + 1] - elongation[part])
+        whole[-1], z[-1] = 0.0, 0.0  # after the last sample nothing is asked
+        return whole, z, (self.rows @ self.shapes) @ along * self.feels * stiffness
+
+    def passed(self, force: FloatArray) -> FloatArray:
         """Return what a low-pass leaves of a force (part,): the channels that it drives have passed it."""
         if self.lowpass is None:
             return force

@@ -12,7 +12,8 @@ import numpy as np
 from hybrid.diagnosis.discrepancy.config import SETTLING
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, expectation_of
 from hybrid.diagnosis.discrepancy.following import likeliest
-from hybrid.diagnosis.discrepancy.linearisation import LawForce, linearised
+from hybrid.diagnosis.discrepancy.law_forces import LawForce
+from hybrid.diagnosis.discrepancy.linearisation import linearised
 from hybrid.diagnosis.discrepancy.tracking import Track, track
 from hybrid.diagnosis.modal.evidence import bounded
 

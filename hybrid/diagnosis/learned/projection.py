@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.causes import CoulombFriction, CubicSpring, ForceLaw, GapStop, QuadraticDamper, QuadraticSpring
+from fe_models.causes import CoulombFriction, CubicSpring, GapStop, MemorylessLaw, QuadraticDamper, QuadraticSpring
 from fe_models.causes.coulomb_friction import CREEP_SHARES
 from fe_models.causes.places import STARTING_SHARES
 from fe_models.structure import Direction
@@ -43,7 +43,7 @@ def law_shapes(u: FloatArray, v: FloatArray) -> dict[str, list[FloatArray]]:
     """Return for each law its force at elongations ``u`` and rates ``v`` (n,), of any size: columns (n, 1) to try."""
     most, rate = float(np.abs(u).max()), float(np.sqrt(np.mean(v**2)))
     usual = CREEP_SHARES[1] * rate or 1.0  # at rest nothing rubs, whatever it is
-    laws: dict[str, list[ForceLaw]] = {
+    laws: dict[str, list[MemorylessLaw]] = {
         CubicSpring.kind: [CubicSpring(*PLACEHOLDER, 1.0)],
         QuadraticSpring.kind: [QuadraticSpring(*PLACEHOLDER, 1.0)],
         QuadraticDamper.kind: [QuadraticDamper(*PLACEHOLDER, 1.0)],

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from fe_models.causes.candidate import Candidate
+from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
 from fe_models.causes.searched import candidates_of
@@ -14,11 +14,16 @@ from hybrid.diagnosis.nominal.nominal_model import NominalModel
 def all_candidates(
     nominal: NominalModel, dataset: Dataset, motion: Motion, measured: tuple[int, ...]
 ) -> tuple[Candidate, ...]:
-    """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted."""
+    """Return every cause at every place that it can have; ``measured``: columns of the sensors that are fitted.
+
+    Without laws with a memory: series are marched by tables of force over elongation and rate, which hold none. The
+    search by modes and motion looks for these, and is asked where series leave something open.
+    """
     longest = max(recording.data.shape[-2] for recording in dataset.select("train"))  # samples
     channels = tuple(_channel(dataset, column) for column in measured)
     slowest, loads = dataset.sampling_rate / longest, load_channels(dataset, nominal)
-    return candidates_of(Known(nominal, motion, channels, slowest, loads))
+    found = candidates_of(Known(nominal, motion, channels, slowest, loads))
+    return tuple(item for item in found if not (isinstance(item, LawCandidate) and item.has_memory))
 
 
 def _channel(dataset: Dataset, column: int) -> Channel:

@@ -11,13 +11,13 @@ from scipy.sparse.linalg import SuperLU
 from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise, unsupported
 from fe_models.base_motion import base_force, rigid_motion
-from fe_models.causes import Effect, ForceLaw, TimeIntegration
+from fe_models.causes import Effect, ForceLaw, MemorylessLaw, TimeIntegration
 from fe_models.causes.candidate import Changes
-from fe_models.causes.laws import force_laws, with_parts
+from fe_models.causes.laws import with_parts
 from fe_models.causes.modal_damping import replaced_ratios
 from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
 from fe_models.dof_map import DofMap
-from fe_models.errors import InputError, raise_faults
+from fe_models.errors import InputError
 from fe_models.lowpass import LowPass
 from fe_models.matrix_changes import matrix_changes
 from fe_models.mechanisms import factorise
@@ -34,6 +34,7 @@ from hybrid.diagnosis.nominal.felt_parts import felt_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
 from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase, known_places
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
+from hybrid.diagnosis.nominal.own_laws import own_laws
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER, Scatter, scatter_of
 
 
@@ -69,7 +70,7 @@ class NominalModel:
     ratios: FloatArray
     scatter: Scatter
     spread: FloatArray
-    laws: tuple[ForceLaw, ...]
+    laws: tuple[MemorylessLaw, ...]
     integration: TimeIntegration | None
     loaded: tuple[KnownPlace, ...] = ()
     geometry: Geometry | None = None
@@ -280,11 +281,7 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
             "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file,"
             " or diagnose matrices by groups by their modes"
         )
-    raise_faults(
-        f"model: its own {law.kind} depends on time, which no recording shows; the diagnosis looks for it: take it out"
-        for law in force_laws(structure)
-        if law.timed
-    )
+    laws = own_laws(structure)
     assumed = dataset.assumptions
     if assumed.damping_ratio is not None:  # its own stands aside, what effects do to it stays: see `assumed_structure`
         structure = replace(structure, dashpots=(), damping=Damping())
@@ -323,7 +320,7 @@ def nominal_model_of(dataset: Dataset) -> NominalModel:
         ratios=ratios,
         scatter=NO_SCATTER,
         spread=np.maximum(spread, NOMINAL.least_std),
-        laws=force_laws(structure),
+        laws=laws,
         integration=None if own_step is None else TimeIntegration(float(own_step)),
         loaded=known_places(dataset),
         highest=highest,
