@@ -38,7 +38,7 @@ from tests.blind_results import (
 
 def some_results() -> list[BlindResult]:
     """Two right, a wrong place with the right one a rival, a wrong kind; two clean, one called wrong; one outside."""
-    outside = case_of(outside=("hysteretic_spring",))
+    outside = case_of(outside=("drifting_stiffness",))
     return [
         result(case_of(WEAK_2), diagnosis(EXPLAINED, finding(WEAK_2, 0.99)), answer(WEAK_2, probability=0.99)),
         result(case_of(HEAVY), diagnosis(EXPLAINED, finding(HEAVY, 0.6)), answer(CUBIC, probability=0.99)),
@@ -145,11 +145,11 @@ def test_the_table_has_a_column_for_each_peer() -> None:
 
 def test_the_confusion_matrix_counts_kinds_and_tells_places_apart() -> None:
     matrix = confusion(some_results())
-    assert matrix.hidden == ("stiffness_change", "added_mass", "cubic_spring", "nothing", "hysteretic_spring")
+    assert matrix.hidden == ("stiffness_change", "added_mass", "cubic_spring", "nothing", "drifting_stiffness")
     assert matrix.named == ("stiffness_change", "added_mass", "nothing", "unexplained")
     assert matrix.counts.tolist() == [[2, 0, 0, 0], [0, 1, 0, 0], [0, 1, 0, 0], [0, 0, 1, 1], [0, 0, 0, 1]]
     assert matrix.right.tolist() == [1, 1, 0, 1, 1]
-    assert "stiffness_change        2   .   .   .  1/2" in confusion_text(matrix)
+    assert "stiffness_change         2   .   .   .  1/2" in confusion_text(matrix)
 
 
 def test_the_calibration_curve_bins_by_probability() -> None:

@@ -9,11 +9,10 @@ import pytest
 from scipy.linalg import expm
 
 from benchmarks.blind_cases import BRIDGE_KINDS, OUTSIDE, BlindCase, BlindConfig, blind_case, save_case
-from benchmarks.blind_cases.bridge_draw import draw_outside
+from benchmarks.blind_cases.bridge_draw import draw_cause
 from benchmarks.blind_cases.bridge_scene import Scene, free_motion
 from benchmarks.blind_cases.bridge_truth import OUTPUT_RATE, Start, Truth, modal_state, motion_at, off_by_uncertainty
 from benchmarks.blind_cases.marching import Grid, integrate_motion
-from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
@@ -24,6 +23,7 @@ from fe_models.causes import (
     CubicSpring,
     GapStop,
     HarmonicForce,
+    HystereticSpring,
     PointDamper,
     QuadraticDamper,
     SensorGain,
@@ -38,6 +38,7 @@ from fe_models.modes import natural_modes
 from fe_models.nominal import nominal_modes
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Beam, Cable, Damping
+from hybrid.diagnosis.discrepancy.hysteresis import Hysteresis
 
 SHORT = BlindConfig(structure="bridge", rich=False, train=1, test=1, duration=3.0)
 SENSORS = bridge_sensors("A2", "m/s^2")
@@ -271,16 +272,14 @@ def test_hysteretic_spring_yields_in_the_motion_that_it_leaves() -> None:
     q, p = 0.5 * rng.standard_normal((2, 10, 4)) / modal.omega[:, None] ** np.array([2, 1])[:, None, None]
     scene = Scene(design, model, modal, free_motion(modal, q, p, np.arange(500) / 100), SENSORS)
     for _ in range(10):
-        spring = draw_outside("hysteretic_spring", scene, rng, 1.0, 5.0)
+        spring = draw_cause("hysteretic_spring", scene, rng, 1.0)
         assert isinstance(spring, HystereticSpring)
-        node, direction, _ = spring.along[0]
+        node, direction = spring.nodes[0], spring.direction
         own = scene.local_stiffness(node, direction)
         left = own / (own + spring.stiffness)
         u, v = (left * scene.calm.channel(node, direction, kind) for kind in ("displacement", "velocity"))
-        z = np.zeros_like(u)
-        for i in range(1, u.shape[1]):
-            z[:, i] = spring.after(z[:, i - 1], v[:, i - 1], v[:, i], 0.01)
-        u, v, z = (part - part.mean(axis=1, keepdims=True) for part in (u, v, z))  # z begins at zero wherever u does
+        z = np.stack([Hysteresis(spring).along(motion).z for motion in u])
+        u, v, z = (part - part.mean(axis=1, keepdims=True) for part in (u, v, z))
         follows = np.linalg.lstsq(np.stack([u.ravel(), v.ravel()], axis=1), z.ravel(), rcond=None)[0]
         rest = z - follows[0] * u - follows[1] * v
         assert rest.std() > 0.2 * z.std()  # no spring and dashpot do as much; 1e-5 where it never yields

@@ -311,7 +311,7 @@ def test_a_certificate_of_no_case_yet_has_a_page() -> None:
 
 
 def test_a_case_without_a_report_is_right_in_nothing() -> None:
-    for word in ("nothing", "gap_stop", "hysteretic_spring"):
+    for word in ("nothing", "gap_stop", "drifting_stiffness"):
         own = Record(None, "MemoryError", "", "").result(Task(1, word, BlindConfig()))
         assert not (own.judgement.first or own.judgement.listed or own.judgement.is_immaterial)
         assert Share(0, 1).interval[0] == 0.0

@@ -44,7 +44,7 @@ def test_a_clean_case_is_right_where_nothing_is_wrong() -> None:
 
 
 def test_outside_of_the_list_the_verdict_counts() -> None:
-    case = case_of(outside=("hysteretic_spring",))
+    case = case_of(outside=("creeping_spring",))
     assert judge(case, diagnosis(PARTLY, finding(CUBIC, 0.5))).first
     assert judge(case, diagnosis(UNEXPLAINED)).first
     assert not judge(case, diagnosis(EXPLAINED, finding(CUBIC, 0.5))).first

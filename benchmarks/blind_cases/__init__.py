@@ -2,7 +2,7 @@
 
 The recordings come from a simulation finer than the diagnosis' own and, where asked for, of a structure that is off by
 what its user considers normal everywhere at once, or far from its drawing. Outside of the list of causes are `OUTSIDE`:
-a hysteretic spring (Bouc and Wen) and a stiffness that drifts during each recording.
+a stiffness that drifts during each recording or swings to and fro, and a spring that creeps.
 """
 
 from benchmarks.blind_cases.bridge import bridge_case

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.blind_cases.bridge_scene import FELT_MODES, Scene
 from benchmarks.blind_cases.drawing import amount_between, recording_cause, slack_cable
-from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
+from benchmarks.blind_cases.outside import CreepingSpring, DriftingSpring, SwingingSpring
 from fe_models.built_in.bridge import ROLLERS
 from fe_models.causes import (
     AddedMass,
@@ -17,6 +17,7 @@ from fe_models.causes import (
     ForceLaw,
     GapStop,
     HarmonicForce,
+    HystereticSpring,
     ModalDamping,
     PointDamper,
     QuadraticDamper,
@@ -50,7 +51,12 @@ SIZES = {  # smallest and largest; drawn evenly in the logarithm
     "time_integration": (2e-3, 1.2e-2),  # s: shifts 11 Hz by 0.2 % to 6 %
     "hysteretic_spring": (0.01, 0.1),  # frequency shift, where it does not yield
     "drifting_stiffness": (0.2, 0.6),  # of a cable's stiffness, from start to end
+    "swinging_stiffness": (0.2, 0.6),  # of a cable's stiffness, up and down
+    "creeping_spring": (0.01, 0.1),  # frequency shift, where it does not creep
 }
+SWINGS = (0.1, 1.0)  # Hz, of a stiffness: slower than any mode, which none is driven by then
+SHARPNESS = (1.0, 6.0)
+CREEPS = (0.5, 2.0)  # of a radian of the motion: how long a spring lasts that is stretched by its reach
 FORCING = (1.0, 12.0)  # Hz
 CREEP_SHARE = 0.01  # of the rms velocity at its place: below it, the hidden friction is a dashpot
 MAX_LOSS, MAX_GAIN, MAX_LOAD = 0.95, 1.0, 5.0  # at most: of an element's stiffness, likewise, and kg
@@ -65,24 +71,37 @@ def draw_cause(kind: str, scene: Scene, rng: np.random.Generator, size: float | 
     raise InputError(f"no place found where {kind} is felt")
 
 
-def draw_outside(
-    kind: str, scene: Scene, rng: np.random.Generator, size: float | None, duration: float
-) -> ForceLaw | HystereticSpring:
+def draw_outside(kind: str, scene: Scene, rng: np.random.Generator, size: float | None, duration: float) -> ForceLaw:
     """Return a force that is no cause of the list, in recordings of that ``duration`` (s)."""
     amount = amount_between(*SIZES[kind], rng, size)
-    if kind == "drifting_stiffness":
+    if kind in ("drifting_stiffness", "swinging_stiffness"):
         law = SlackCable(int(rng.choice(CABLES)), 0.0).law(scene.design)
         assert law is not None  # the drawn cables have their stiffness
-        return DriftingSpring(law.pulls, float(rng.choice([-1, 1]) * amount * law.stiffness / duration))
-    node, own = int(rng.choice(SPAN)), 0.0
-    # One stiffer than the place itself would hold it as a support does, and never yield.
-    while (stiffness := scene.spring(node, "y", amount)) is None or stiffness > (
-        own := scene.local_stiffness(node, "y")
-    ):
+        change = float(rng.choice([-1, 1]) * amount * law.stiffness)
+        if kind == "drifting_stiffness":
+            return DriftingSpring(law.pulls, change / duration)
+        return SwingingSpring(law.pulls, change, float(np.exp(rng.uniform(*np.log(SWINGS)))))
+    found = None
+    while found is None:
         node = int(rng.choice(SPAN))
-    moving = scene.rms(node, "y")[0] * own / (own + stiffness)  # m: about what the spring leaves of the motion
-    reach = float(rng.uniform(0.5, 1.5)) * moving
-    return HystereticSpring(((node, "y", 1.0),), stiffness, reach)
+        found = _yielding(node, "y", amount, scene, rng)
+    stiffness, reach = found
+    moved, rate = scene.rms(node, "y")
+    return CreepingSpring(((node, "y", 1.0),), stiffness, reach, float(rng.uniform(*CREEPS)) * moved / rate)
+
+
+def _yielding(
+    node: int, direction: Any, amount: float, scene: Scene, rng: np.random.Generator
+) -> tuple[float, float] | None:
+    """Return the stiffness of a spring that shifts frequencies by an ``amount``, and a reach (m) that it exceeds.
+
+    None where it is stiffer than the place itself: it would hold it as a support does, and never yield.
+    """
+    stiffness, own = scene.spring(node, direction, amount), scene.local_stiffness(node, direction)
+    if stiffness is None or stiffness > own:
+        return None
+    moving = scene.rms(node, direction)[0] * own / (own + stiffness)  # m: about what the spring leaves of the motion
+    return stiffness, float(rng.uniform(0.5, 1.5)) * moving
 
 
 def _drawn(kind: str, amount: float, scene: Scene, rng: np.random.Generator) -> Cause | None:
@@ -153,6 +172,13 @@ def _at_a_node(kind: str, amount: float, scene: Scene, rng: np.random.Generator)
             softest = 0.1 * scene.local_stiffness(node, direction) / largest**2  # it must not turn over
             stiffness = linear / (3 * u**2)
             return CubicSpring((node,), direction, stiffness if sign > 0 else -min(stiffness, softest))
+        case "hysteretic_spring":
+            found = _yielding(node, direction, amount, scene, rng)
+            if found is None:
+                return None
+            stiffness, reach = found
+            sharpness = float(np.exp(rng.uniform(*np.log(SHARPNESS))))
+            return HystereticSpring((node,), direction, stiffness, stiffness * reach, sharpness)
         case "gap_stop":
             moved = sign * scene.calm.channel(node, direction, "displacement")
             gap = float(rng.uniform(0.3, 0.7) * np.quantile(moved, 0.999))

@@ -11,7 +11,6 @@ import numpy as np
 
 from benchmarks.blind_cases.ambient import UnknownForces, ambient_motion
 from benchmarks.blind_cases.marching import Force, Grid, damping_coupling, integrate_motion
-from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.causes import ForceLaw, TimeIntegration
@@ -91,7 +90,7 @@ def motion_at(
     sensors: tuple[Sensor, ...],
     duration: float,
     margin: float,
-    more: tuple[ForceLaw | HystereticSpring, ...] = (),
+    more: tuple[ForceLaw, ...] = (),
     highest: float = np.inf,
 ) -> FloatArray:
     """Return what each of the ``sensors`` would show without noise, (motion, time, sensor), at `OUTPUT_RATE`.

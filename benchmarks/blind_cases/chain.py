@@ -24,6 +24,7 @@ from fe_models.causes import (
     Effect,
     GapStop,
     HarmonicForce,
+    HystereticSpring,
     LoadDelay,
     LoadGain,
     ModalDamping,
@@ -58,6 +59,7 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
     "cubic_spring": (0.03, 1.0),
     "quadratic_spring": (0.03, 0.5),
     "gap_stop": (0.3, 5.0),
+    "hysteretic_spring": (0.2, 1.0),  # N/m, while motion is small
     "slack_cable": (0.2, 0.7),
     "harmonic_force": (0.03, 0.5),
     "sensor_gain": (0.03, 0.5),
@@ -67,6 +69,8 @@ SIZES = {  # smallest and largest, relative to what stands beside it in `draw_ca
     "load_gain": (0.03, 0.5),  # as of sensors
     "load_delay": (0.02, 0.3),
 }
+REACHES = (0.2, 0.5)  # of the rms elongation: where a hysteretic spring slides
+SHARPNESS = (1.0, 6.0)
 CREEP_RATE = 3e-3  # m/s, of the hidden friction
 CORNERS = (0.5, 2.0)  # Hz: up to where unknown forces are white; the modes end at 0.34 Hz
 
@@ -165,6 +169,10 @@ def draw_cause(
         case "gap_stop":
             reach = float(np.quantile(sign * u, 0.999))
             return GapStop(nodes, "x", float(rng.uniform(0.3, 0.7)) * reach, amount, 1 if sign > 0 else -1)
+        case "hysteretic_spring":
+            reach = float(rng.uniform(*REACHES) * np.std(u))
+            sharpness = float(np.exp(rng.uniform(*np.log(SHARPNESS))))
+            return HystereticSpring(nodes, "x", amount, amount * reach, sharpness)
         case "slack_cable":
             return slack_cable(node, amount, four_dof(), calm)
         case "harmonic_force":

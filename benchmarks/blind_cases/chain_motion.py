@@ -4,6 +4,7 @@ Free motion is Exudyn's, in steps a fraction of those that a diagnosis takes; al
 exact for what is linear.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -16,10 +17,10 @@ from benchmarks.blind_cases.ambient import UnknownForces, ambient_motion
 from benchmarks.blind_cases.case import BlindConfig
 from benchmarks.blind_cases.known_forces import SIZE, Driving
 from benchmarks.blind_cases.marching import Grid, damping_coupling, integrate_motion
-from benchmarks.blind_cases.outside import DriftingSpring, HystereticSpring
+from benchmarks.blind_cases.outside import CreepingSpring, DriftingSpring, SwingingSpring
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.causes import Effect, ForceLaw
+from fe_models.causes import Effect, ForceLaw, LawWithMemory, MemorylessLaw
 from fe_models.damping import full_damping
 from fe_models.drive import drive_of, ground_motion
 from fe_models.linear import LinearModel
@@ -29,7 +30,13 @@ from fe_models.response import Response
 from fe_models.simulation import FreeConfig, simulate_free
 from fe_models.structure import Structure
 
-OUTSIDE_SIZES = {"hysteretic_spring": (0.2, 1.0), "drifting_stiffness": (0.2, 0.6)}  # N/m, and of a spring's stiffness
+OUTSIDE_SIZES = {
+    "drifting_stiffness": (0.2, 0.6),  # of a spring's stiffness, from start to end
+    "swinging_stiffness": (0.2, 0.6),  # of a spring's stiffness, up and down
+    "creeping_spring": (0.2, 1.0),  # N/m
+}
+SWINGS = (0.01, 0.03)  # Hz: below twice the lowest natural frequency, 0.039 Hz, where motion would grow without end
+REACHES, CREEPS = (0.2, 0.5), (0.5, 2.0)  # m, and s: how long a spring lasts that is stretched by its reach
 FINE_STEP = 0.02  # s; of order 6, where the diagnosis takes 0.05 s at order 4
 # kg: largest dashpot that a law is at rest, times the step; masses of 1 kg and 2 kg move it together
 MAX_DASHPOT_STEP = 0.5
@@ -79,15 +86,16 @@ def motion_of(chain: Chain, moved: Moved, config: BlindConfig, rng: np.random.Ge
     laws: list[ForceLaw] = [law for effect in chain.effects if (law := effect.law(chain.built)) is not None]
     if "drifting_stiffness" in chain.outside:
         laws.append(_drifting_spring(config, rng))
+    if "swinging_stiffness" in chain.outside:
+        laws.append(_swinging_spring(rng))
+    if "creeping_spring" in chain.outside:
+        laws.append(_creeping_spring(rng))
     if moved.unknown:
         return _ambient(model, moved.unknown, config)
-    if "hysteretic_spring" in chain.outside:
-        spring = _hysteretic_spring(rng)
-        if not moved.driving:
-            return _hysteretic(model, moved.state, config, spring)
-        return driven(chain.structure, model, moved.driving, config, (*laws, spring))
     if moved.driving:
         return driven(chain.structure, model, moved.driving, config, tuple(laws))
+    if any(isinstance(law, LawWithMemory) for law in laws):
+        return _remembering(model, moved.state, config, laws)
     step = min(FINE_STEP, *(MAX_DASHPOT_STEP / max(law.largest_slopes[1], 1e-9) for law in laws)) if laws else FINE_STEP
     run = FreeConfig(config.campaign.duration, config.campaign.sampling_rate, step)
     return simulate_free(model, moved.state[0], moved.state[1], run, tuple(laws), progress=False)
@@ -115,7 +123,7 @@ def driven(
     model: LinearModel,
     driving: tuple[Driving, ...],
     config: BlindConfig,
-    laws: tuple[ForceLaw | HystereticSpring, ...] = (),
+    laws: tuple[ForceLaw, ...] = (),
 ) -> Response:
     """Return the motion (recording, time, dof) from rest under known forces, or relative to a base that moves."""
     campaign, modal = config.campaign, natural_modes(model, model.mass.shape[0])
@@ -149,18 +157,27 @@ def _ambient(model: LinearModel, unknown: tuple[UnknownForces, ...], config: Bli
 
 
 def _drifting_spring(config: BlindConfig, rng: np.random.Generator) -> DriftingSpring:
+    along, change = _changing(OUTSIDE_SIZES["drifting_stiffness"], rng)
+    return DriftingSpring(along, change / config.campaign.duration)
+
+
+def _swinging_spring(rng: np.random.Generator) -> SwingingSpring:
+    along, change = _changing(OUTSIDE_SIZES["swinging_stiffness"], rng)
+    return SwingingSpring(along, change, float(rng.uniform(*SWINGS)))
+
+
+def _changing(sizes: tuple[float, float], rng: np.random.Generator) -> tuple[tuple[tuple[int, Any, float], ...], float]:
+    """Return what a random spring of the chain is stretched by, and a change of its stiffness (N/m)."""
     element = int(rng.integers(1, 5))
-    least, most = OUTSIDE_SIZES["drifting_stiffness"]
-    change = rng.uniform(least, most) * rng.choice([-1, 1]) * element / config.campaign.duration
+    change = rng.uniform(*sizes) * rng.choice([-1, 1]) * element
     last: tuple[tuple[int, Any, float], ...] = ((element, "x", 1.0),)
-    return DriftingSpring(last if element == 1 else ((element - 1, "x", -1.0), *last), float(change))
+    return (last if element == 1 else ((element - 1, "x", -1.0), *last)), float(change)
 
 
-def _hysteretic_spring(rng: np.random.Generator) -> HystereticSpring:
-    """Return a hysteretic spring between a random node and the ground."""
-    least, most = OUTSIDE_SIZES["hysteretic_spring"]
-    node, k = int(rng.integers(0, 4)), float(rng.uniform(least, most))
-    return HystereticSpring(((node + 1, "x", 1.0),), k, reach=float(rng.uniform(0.2, 0.5)))
+def _creeping_spring(rng: np.random.Generator) -> CreepingSpring:
+    """Return a spring that creeps between a random node and the ground."""
+    node, stiffness = int(rng.integers(1, 5)), float(rng.uniform(*OUTSIDE_SIZES["creeping_spring"]))
+    return CreepingSpring(((node, "x", 1.0),), stiffness, float(rng.uniform(*REACHES)), float(rng.uniform(*CREEPS)))
 
 
 def _more_damping(built: Structure, ratios: FloatArray) -> csr_array:
@@ -172,22 +189,33 @@ def _more_damping(built: Structure, ratios: FloatArray) -> csr_array:
     return csr_array((weighted * (np.einsum("di,de,ei->i", shapes, own, shapes) * (ratios - 1))) @ weighted.T)
 
 
-def _hysteretic(model: LinearModel, state: FloatArray, config: BlindConfig, spring: HystereticSpring) -> Response:
-    """Return free motion with a hysteretic spring at a node."""
-    node, k = spring.along[0][0] - 1, spring.stiffness
+def _remembering(model: LinearModel, state: FloatArray, config: BlindConfig, laws: Sequence[ForceLaw]) -> Response:
+    """Return free motion from a ``state`` (2, recording, node) under laws some of which have a memory."""
     M, C, K = model.mass.toarray(), model.damping.toarray(), model.stiffness.toarray()
-    count, n = state.shape[1:]
+    (count, n), free = state.shape[1:], model.dofs.free
     time = np.arange(config.campaign.samples) / config.campaign.sampling_rate
-    pull = np.eye(n)[node]
+    every = [(law, model.dofs.pull(law.pulls)[free]) for law in laws]
+    direct = [(law, pull) for law, pull in every if isinstance(law, MemorylessLaw)]
+    remembering = [(law, pull) for law, pull in every if isinstance(law, LawWithMemory)]
 
-    def rates(_t: float, y: FloatArray) -> FloatArray:
-        x, v, z = np.split(y.reshape(2 * n + 1, count), [n, 2 * n])
-        a = -np.linalg.solve(M, C @ v + K @ x + np.outer(pull, k * z[0]))
-        return np.concatenate([v, a, spring.rate(v[node], z[0])[None]]).ravel()
+    def accelerations(t: Any, x: FloatArray, v: FloatArray, z: FloatArray) -> FloatArray:  # (node or law, motion) each
+        total = C @ v + K @ x
+        for law, pull in direct:
+            total = total + np.outer(pull, law.force(pull @ x, pull @ v, t))
+        for (own, pull), remembered in zip(remembering, z, strict=True):
+            total = total + np.outer(pull, own.force_of(remembered))
+        return -np.linalg.solve(M, total)
 
-    start = np.concatenate([state[0].T, state[1].T, np.zeros((1, count))]).ravel()
+    def rates(t: float, y: FloatArray) -> FloatArray:
+        x, v, z = np.split(y.reshape(-1, count), [n, 2 * n])
+        moved = [law.rate(pull @ v, own) for (law, pull), own in zip(remembering, z, strict=True)]
+        return np.concatenate([v, accelerations(t, x, v, z), moved]).ravel()
+
+    begun = [law.pulled_to(pull @ state[0].T) for law, pull in remembering]
+    start = np.concatenate([state[0].T, state[1].T, begun]).ravel()
     done = solve_ivp(rates, (0, time[-1]), start, t_eval=time, rtol=1e-8, atol=1e-9, method="DOP853")
-    y = done.y.reshape(2 * n + 1, count, len(time)).transpose(1, 2, 0)  # (recording, time, state)
-    x, v, z = y[..., :n], y[..., n : 2 * n], y[..., 2 * n]
-    a = -np.linalg.solve(M, (x @ K.T + v @ C.T + k * z[..., None] * pull).reshape(-1, n).T).T.reshape(x.shape)
-    return Response(time, x, v, a, model.dofs)
+    whole = done.y.reshape(2 * n + len(remembering), -1)
+    x, v, z = np.split(whole, [n, 2 * n])  # (node or law, recording and time)
+    a = accelerations(np.tile(time, count), x, v, z)
+    found = [part.reshape(n, count, len(time)).transpose(1, 2, 0) for part in (x, v, a)]
+    return Response(time, found[0], found[1], found[2], model.dofs)

@@ -18,6 +18,7 @@ STRUCTURE_KINDS = (  # what acts on the structure: strong motion of its base is 
 )
 KINDS = (
     *STRUCTURE_KINDS,
+    "hysteretic_spring",
     "harmonic_force",
     "sensor_gain",
     "sensor_delay",
@@ -40,7 +41,7 @@ the structure of a case, so that they are the generators' and not the cause's ow
 FAR_KINDS = ("stiffness_change", "added_mass", "support_spring", "axial_force")  # linear: modes alone tell them
 AMBIENT_KINDS = (*FAR_KINDS, "point_damper", "sensor_gain")  # what modes tell, their damping included
 BASE_KINDS = (*STRUCTURE_KINDS, "quadratic_spring")
-OUTSIDE = ("hysteretic_spring", "drifting_stiffness")
+OUTSIDE = ("drifting_stiffness", "swinging_stiffness", "creeping_spring")
 
 
 def kinds_of(structure: StructureName, excitation: Excitation) -> tuple[str, ...]:
@@ -52,7 +53,8 @@ def kinds_of(structure: StructureName, excitation: Excitation) -> tuple[str, ...
         case "ambient":
             return tuple(kind for kind in AMBIENT_KINDS if kind in kinds)
         case "measured":
-            return (*kinds, "quadratic_spring", *LOAD_KINDS)
+            without = (kind for kind in kinds if kind != "hysteretic_spring")  # series alone tell causes, and no memory
+            return (*without, "quadratic_spring", *LOAD_KINDS)
     return BASE_KINDS
 
 

@@ -12,9 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import expm
 
-from benchmarks.blind_cases.outside import HystereticSpring
 from fe_models.arrays import FloatArray
-from fe_models.causes import ForceLaw
+from fe_models.causes import ForceLaw, LawWithMemory, MemorylessLaw
 from fe_models.linear import LinearModel, ModalModel
 
 Force = Callable[[FloatArray, FloatArray], FloatArray]
@@ -54,7 +53,7 @@ def integrate_motion(
     start: tuple[FloatArray, FloatArray],
     grid: Grid,
     rows: list[int],
-    laws: tuple[ForceLaw | HystereticSpring, ...] = (),
+    laws: tuple[ForceLaw, ...] = (),
     others: Force | None = None,
     known: FloatArray | None = None,
 ) -> FloatArray:
@@ -124,7 +123,7 @@ class _Contact:
     def __init__(
         self,
         modal: ModalModel,
-        laws: tuple[ForceLaw | HystereticSpring, ...],
+        laws: tuple[ForceLaw, ...],
         propagator: _Propagator,
         motions: int,
         step: float,
@@ -132,7 +131,7 @@ class _Contact:
         """Start at rest; ``motions`` are marched side by side."""
         pulls = np.zeros((len(laws), len(modal.dofs)))
         for number, law in enumerate(laws):
-            pulls[number] = modal.dofs.pull(law.pulls if isinstance(law, ForceLaw) else law.along)
+            pulls[number] = modal.dofs.pull(law.pulls)
         self._laws, self._step = laws, step
         self._pulls = pulls @ modal.shapes  # (law, mode)
         # What a force of 1 N at the end of the step adds to u and v there: (law, law) each.
@@ -147,6 +146,9 @@ class _Contact:
         """Return the modal forces (mode, motion) at the start."""
         u, v = self._pulls @ q, self._pulls @ p
         self._rate = v
+        for i, law in enumerate(self._laws):
+            if isinstance(law, LawWithMemory):
+                self._memory[i] = law.pulled_to(u[i])
         self._now = self._forces(u, v, time, self._memory)
         return np.asarray(-self._pulls.T @ self._now)
 
@@ -183,12 +185,18 @@ class _Contact:
         memory = self._remembered(v) if memory is None else memory
         forces = np.empty_like(u)
         for i, law in enumerate(self._laws):
-            forces[i] = law.force(u[i], v[i], time) if isinstance(law, ForceLaw) else law.stiffness * memory[i]
+            if isinstance(law, LawWithMemory):
+                forces[i] = law.force_of(memory[i])
+            elif isinstance(law, MemorylessLaw):
+                forces[i] = law.force(u[i], v[i], time)
         return forces
 
     def _remembered(self, v: FloatArray) -> FloatArray:
+        """Return what laws remember (law, motion) after a step that ends at rates ``v``: by Heun's method."""
         memory = self._memory.copy()
         for i, law in enumerate(self._laws):
-            if isinstance(law, HystereticSpring):
-                memory[i] = law.after(memory[i], self._rate[i], v[i], self._step)
+            if isinstance(law, LawWithMemory):
+                first = law.rate(self._rate[i], memory[i])
+                last = law.rate(v[i], memory[i] + self._step * first)
+                memory[i] += self._step / 2 * (first + last)
         return memory

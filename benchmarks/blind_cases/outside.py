@@ -1,9 +1,12 @@
-"""What may be hidden that no cause of the list is: a hysteretic spring and a stiffness that drifts."""
+"""What may be hidden that no cause of the list is: stiffness that drifts or swings to and fro, a spring that creeps."""
 
 from dataclasses import dataclass
+from math import pi
 from typing import TYPE_CHECKING, Any
 
-from fe_models.causes import ForceLaw
+import numpy as np
+
+from fe_models.causes import LawWithMemory, MemorylessLaw
 
 if TYPE_CHECKING:
     from fe_models.structure import Direction
@@ -12,7 +15,7 @@ Pulls = tuple[tuple[int, "Direction", float], ...]
 
 
 @dataclass(frozen=True)
-class DriftingSpring(ForceLaw):
+class DriftingSpring(MemorylessLaw):
     """A spring whose stiffness grows in proportion to time: force = slope t u.
 
     ``along``: what its elongation u is made of, as in `ForceLaw.pulls`; ``slope`` in N/(m s).
@@ -33,22 +36,58 @@ class DriftingSpring(ForceLaw):
 
 
 @dataclass(frozen=True)
-class HystereticSpring:
-    """The spring of Bouc and Wen: force = k z, z' = v - (|v| |z| z / 2 + v z^2 / 2) / d^2.
+class SwingingSpring(MemorylessLaw):
+    """A parametric excitation, a stiffness that swings to and fro: force = swing sin(2 pi frequency t) u.
 
-    z (m) follows the elongation as long as it is small and stays below ``reach`` d (m), where the spring yields; k is
-    its ``stiffness`` (N/m). ``along``: see `ForceLaw.pulls`.
+    ``along``: as of `DriftingSpring`; ``swing`` in N/m, ``frequency`` in Hz.
+    """
+
+    along: Pulls
+    swing: float
+    frequency: float
+    timed = True
+
+    @property
+    def pulls(self) -> Any:
+        """Those it was given."""
+        return self.along
+
+    def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
+        """Return swing * sin(2 pi frequency t) * u (N)."""
+        return self.swing * np.sin(2 * pi * self.frequency * t) * u
+
+
+@dataclass(frozen=True)
+class CreepingSpring(LawWithMemory):
+    """A spring in series with Norton's creep: force = k z, z' = v - (z / reach)^2 z / time.
+
+    Unlike dry friction it gives way the more the longer it is loaded. ``stiffness`` k in N/m, ``reach`` in m, ``time``
+    in s; ``along``: as of `DriftingSpring`.
     """
 
     along: Pulls
     stiffness: float
     reach: float
+    time: float
+
+    @property
+    def pulls(self) -> Any:
+        """Those it was given."""
+        return self.along
+
+    @property
+    def largest(self) -> float:
+        """No bound: the faster it is pulled, the farther."""
+        return float("inf")
 
     def rate(self, v: Any, z: Any) -> Any:
         """Return z' (m/s)."""
-        return v - 0.5 * (abs(v) * abs(z) * z + v * z**2) / self.reach**2
+        return v - (z / self.reach) ** 2 * z / self.time
 
-    def after(self, z: Any, before: Any, now: Any, step: float) -> Any:
-        """Return z after a ``step`` (s) in which the rate of elongation goes from ``before`` to ``now`` (Heun)."""
-        first = self.rate(before, z)
-        return z + step / 2 * (first + self.rate(now, z + step * first))
+    def force_of(self, z: Any) -> Any:
+        """Return stiffness * z (N)."""
+        return self.stiffness * z
+
+    def pulled_to(self, u: Any) -> Any:
+        """Return 0: a pull that lasts has crept away."""
+        return 0.0 * u

@@ -34,8 +34,8 @@ as independent. A case without a report counts as wrong wherever it is counted.
 - *Causes that forecasts need*: without them the calibrated model does not forecast to within {material:.0f} % of the
   noise floor. Of weaker ones the right answer is "nothing is wrong".
 - *Wrong name at >= 0.9*: a cause that is not there is named with a probability of 0.9 or more.
-- *Outside the list*: a hysteretic spring or a stiffness that drifts, for which the program has no name. It must say
-  that something is left unexplained.
+- *Outside the list*: a stiffness that drifts or swings to and fro, or a spring that creeps, for which the program has
+  no name. It must say that something is left unexplained.
 - *Noise floor*: the error of a perfect forecast, which noise alone leaves. The *extended forecast* is that of the
   structure with what was named built in, for recordings that were never fitted.
 """
