@@ -6,8 +6,6 @@ from functools import lru_cache
 from typing import Any, ClassVar
 
 import numpy as np
-from scipy.integrate import cumulative_simpson
-from scipy.interpolate import CubicHermiteSpline
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.base import Cause, parameter
@@ -64,6 +62,8 @@ class HystereticSpring(Connector, LawWithMemory):
 
     def pulled_to(self, u: Any) -> Any:
         """Return z (m) on the curve dz / du = 1 - |z / reach|^n from rest (`loading_curve`)."""
+        from scipy.interpolate import CubicHermiteSpline  # only here: it takes long to load
+
         elongation, share = loading_curve(self.sharpness)
         curve = CubicHermiteSpline(elongation, share, 1 - share**self.sharpness)
         return np.sign(u) * self.reach * curve(np.minimum(np.abs(u) / self.reach, elongation[-1]))
@@ -92,6 +92,8 @@ def loading_curve(sharpness: float) -> tuple[FloatArray, FloatArray]:
 
     By x = the integral of dy / (1 - y^n) with y = 1 - exp(-s^2), in which it is smooth at both ends.
     """
+    from scipy.integrate import cumulative_simpson  # only here: it takes long to load
+
     s = np.linspace(0.0, np.sqrt(TABLE_END), TABLE_SIZE)
     share, left = -np.expm1(-(s**2)), np.exp(-(s**2))
     with np.errstate(divide="ignore"):  # at rest the logarithm is -inf, and nothing is lost of the slope
