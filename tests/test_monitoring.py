@@ -100,6 +100,12 @@ def test_exact_data_have_limits_all_the_same() -> None:
     assert judged(usual, observed("now", FREQUENCIES * 1.01)).alarm
 
 
+def test_what_the_identification_cannot_tell_is_no_change_however_alike_the_history() -> None:
+    """Frequencies that went together exactly, and a recording that strays from that by 1.5 standard deviations."""
+    usual = history(np.random.default_rng(6), 12, scatter=0.0, together=0.01)
+    assert not judged(usual, observed("now", FREQUENCIES * [1, 1 + 1.5 * ERROR, 1])).alarm
+
+
 def test_modes_that_are_gone_are_told_and_most_of_them_are_an_alarm() -> None:
     usual = history(np.random.default_rng(5), 8)
     one = judged(usual, observed("one", FREQUENCIES * [1, np.nan, 1]))
