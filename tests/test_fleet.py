@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from fe_models.errors import InputError
-from fe_models.files.folder_lock import locked
+from fe_models.files.run_guard import guarded, lock_folder
 from hybrid.commands.app import app
 from hybrid.fleet.case import Case, Told, case_of, diagnosed_case
 from hybrid.fleet.datasets import dataset_files, is_fleet, names_of
@@ -245,12 +245,11 @@ def test_one_dataset_takes_no_options_of_fleets(tmp_path: Path) -> None:
 
 def test_two_runs_into_one_folder_are_refused(tmp_path: Path) -> None:
     sample(tmp_path / "a"), sample(tmp_path / "b")
-    with locked(tmp_path / "out", "a fleet of diagnoses"):
+    with guarded():
+        lock_folder(tmp_path / "out")
         ran = CliRunner().invoke(app, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out")])
     assert ran.exit_code == 2
-    assert "a fleet of diagnoses (process" in ran.stderr and "writes there; wait for its end" in ran.stderr
-    with locked(tmp_path / "out", "another"):  # it is free again
-        pass
+    assert "another run writes into this folder now; wait for its end" in ran.stderr
 
 
 def test_a_file_of_the_user_is_not_written_over(tmp_path: Path) -> None:

@@ -24,7 +24,6 @@ def diagnose_fleet(paths: Sequence[Path], out: Path, options: Options, jobs: int
 
     ``jobs``: processes on this machine; ``scheduler``: of a Dask cluster that does the work instead.
     """
-    from fe_models.files.folder_lock import locked
     from hybrid.fleet.run import run_fleet
     from hybrid.fleet.table import FLEET_PAGE, in_terminal
 
@@ -32,15 +31,14 @@ def diagnose_fleet(paths: Sequence[Path], out: Path, options: Options, jobs: int
         raise InputError("--jobs is for this machine, and --scheduler for a cluster: give one of them")
     cases = _cases(paths, out, options)
     bars: list[Any] = []
-    with locked(out, "a fleet of diagnoses"):
-        try:
-            rows = run_fleet(cases, out, _answers(jobs, scheduler, bars), partial(_advance, bars))
-        except KeyboardInterrupt:
-            print(f"\nWhat is done is kept in {out}; the same command goes on from there.", file=sys.stderr)
-            raise
-        finally:
-            for bar in bars:
-                bar.close()
+    try:
+        rows = run_fleet(cases, out, _answers(jobs, scheduler, bars), partial(_advance, bars))
+    except KeyboardInterrupt:
+        print(f"\nWhat is done is kept in {out}; the same command goes on from there.", file=sys.stderr)
+        raise
+    finally:
+        for bar in bars:
+            bar.close()
     named = [(case.name, row) for case, row in zip(cases, rows, strict=True)]
     print(in_terminal(named, shutil.get_terminal_size((120, 24)).columns))
     failed = [row for row in rows if row is not None and row.told is None]

@@ -68,7 +68,6 @@ def watch(
       hybrid-modal watch bridge --out runs/watch --once
       hybrid-modal watch bridge --out runs/watch --every 600
     """
-    from fe_models.files.folder_lock import locked
     from hybrid.monitoring.observation import load_kept, save_kept
     from hybrid.monitoring.station import load_station
     from hybrid.monitoring.watching import Watch, accepted, diagnose_change, new_alarms
@@ -78,28 +77,27 @@ def watch(
     with command_line(quiet) as result:
         watch_in(out).check()
         station = load_station(folder, dataset)
-        with locked(out, "a watch"):
-            watched = Watch(station, out, history, diagnose=diagnose_change if diagnose else None)
-            kept = load_kept(out, station.digest)
-            if accept:
-                kept = accepted(kept)
-                save_kept(out, kept)
-            shown = None  # what the page shows
-            while True:
-                before = kept
-                kept = _look(watched, kept, settled)
-                if kept != shown:
-                    _write_page(watched, kept)
-                    shown = kept
-                alarms = new_alarms(before.observations, kept.observations)
-                if alarms:
-                    print(f"ALARM: {', '.join(own.name for own in alarms)}; see {out / 'watch.html'}", file=sys.stderr)
-                if once:
-                    status = ALARM_STATUS if alarms else 0
-                    break
-                time.sleep(every)
-            print(f"Results: {out / 'watch.html'}")
-            result(out / "watch.html")
+        watched = Watch(station, out, history, diagnose=diagnose_change if diagnose else None)
+        kept = load_kept(out, station.digest)
+        if accept:
+            kept = accepted(kept)
+            save_kept(out, kept)
+        shown = None  # what the page shows
+        while True:
+            before = kept
+            kept = _look(watched, kept, settled)
+            if kept != shown:
+                _write_page(watched, kept)
+                shown = kept
+            alarms = new_alarms(before.observations, kept.observations)
+            if alarms:
+                print(f"ALARM: {', '.join(own.name for own in alarms)}; see {out / 'watch.html'}", file=sys.stderr)
+            if once:
+                status = ALARM_STATUS if alarms else 0
+                break
+            time.sleep(every)
+        print(f"Results: {out / 'watch.html'}")
+        result(out / "watch.html")
     if status:
         raise SystemExit(status)
 
