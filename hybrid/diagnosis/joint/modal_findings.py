@@ -6,10 +6,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.causes import StiffnessChange
+from fe_models.causes.candidate import ChangeCandidate
 from fe_models.causes.wording import at_place
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.joint.found import Found
-from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.joint.look import surely_off
+from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
@@ -102,11 +105,24 @@ def _finding(
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     if len(acts) < len(measured.recordings):
         sentence = WHERE.format(sentence=sentence, recordings=", ".join(names))
-    named, rivals = _rivals(fits, probability, number)
+    named, rivals = _rivals(measured, fits, probability, number)
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
 
-def _rivals(fits: Sequence[ModalFit], probability: FloatArray, number: int) -> tuple[float, tuple[Alternative, ...]]:
+def _says_so(measured: Measured, item: ModalFit, best: Claim, number: int) -> bool:
+    """Return whether a fit without a cause says the same by a nominal value: that of a single element alone, too."""
+    candidate = best.hypothesis.candidates[number]
+    part = candidate.part if isinstance(candidate, ChangeCandidate) else None
+    if part is None or candidate.kind != StiffnessChange.kind or len(best.acts[number]) < len(measured.recordings):
+        return False
+    return measured.nominal.parts[part].elements == (candidate.location.get("element"),) and part in surely_off(
+        measured, item
+    )
+
+
+def _rivals(
+    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int
+) -> tuple[float, tuple[Alternative, ...]]:
     """Return how probable candidate ``number`` of the best fit is, and what may stand in its place."""
     best = fits[0].claim
     wanted = best.hypothesis.candidates[number].key
@@ -114,7 +130,7 @@ def _rivals(fits: Sequence[ModalFit], probability: FloatArray, number: int) -> t
     named, unknown, rivals = 0.0, 0.0, dict[str, tuple[Alternative, float]]()
     for item, own in zip(fits, probability, strict=True):
         candidates = item.claim.hypothesis.candidates
-        if wanted in {candidate.key for candidate in candidates}:
+        if wanted in {candidate.key for candidate in candidates} or _says_so(measured, item, best, number):
             named += own
             continue
         instead = [candidate for candidate in candidates if candidate.key not in others]
