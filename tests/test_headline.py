@@ -58,7 +58,13 @@ def test_a_rival_has_its_size_where_that_is_known() -> None:
 def lines_of(named: Finding) -> list[str]:
     scores = {"baseline": {"measured": 0.1, "held_out": None}, "extended": {"measured": 0.01, "held_out": None}}
     made: Any = SimpleNamespace(
-        verdict=Verdict.EXPLAINED, findings=(named,), scores=scores, noise_floor=0.01, unexplained=0.0, notes=()
+        verdict=Verdict.EXPLAINED,
+        findings=(named,),
+        scores=scores,
+        noise_floor=0.01,
+        unexplained=0.0,
+        notes=(),
+        next_measurement=None,
     )
     return summary(made).splitlines()
 

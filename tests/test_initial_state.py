@@ -121,7 +121,7 @@ def test_columns_may_come_in_any_order_and_from_a_spreadsheet(tmp_path: Path) ->
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match=r"none\.csv: cannot be read"):
+    with pytest.raises(InputError, match=r"none\.csv: no such file"):
         read_nodal_state(tmp_path / "none.csv", MODAL)
 
 

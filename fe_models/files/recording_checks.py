@@ -116,9 +116,9 @@ def size_faults(values: FloatArray, names: Sequence[str]) -> list[str]:
     """Return a fault for each column of ``values`` (..., column) that is too large to compute with, and one where all
     are too small; a single small one may be nothing but rounding.
     """
-    sizes = np.where(np.isfinite(values), abs(values), 0.0).reshape(-1, values.shape[-1])
-    if not sizes.size:
+    if not values.size:
         return []
+    sizes = np.where(np.isfinite(values), abs(values), 0.0).reshape(-1, values.shape[-1])
     places = np.argmax(sizes, axis=0)
     largest = sizes[places, np.arange(len(names))]
     wrong = np.flatnonzero(largest > LARGEST_SIGNAL)

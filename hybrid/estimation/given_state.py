@@ -67,7 +67,7 @@ def _read_row(header: list[str], cells: list[str], dofs: DofMap) -> tuple[int, f
     except ValueError:
         what = "a whole number, a direction and two numbers with decimal points"
         raise InputError(f"expected {what}, found {','.join(cells)}") from None
-    if not max(abs(displacement), abs(velocity)) <= LARGEST_SIGNAL:  # nor is it a number then
+    if not all(abs(value) <= LARGEST_SIGNAL for value in (displacement, velocity)):  # nor is it a number then
         raise InputError(f"holds values that are not finite, or beyond {LARGEST_SIGNAL:g} in SI units")
     try:
         row = dofs.row(node, direction)
