@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from itertools import islice
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from fe_models.errors import InputError
@@ -63,6 +64,8 @@ def _client(address: str) -> "Client":
         from distributed import Client
     except ImportError as error:
         raise InputError(MISSING) from error
+    if address.endswith(".json") and not Path(address).is_file():
+        raise InputError(f"--scheduler {address}: no such file; give the one that 'dask scheduler' wrote")
     try:
         client = Client(scheduler_file=address) if address.endswith(".json") else Client(address, timeout=ANSWER_WITHIN)
     except (OSError, ValueError) as error:

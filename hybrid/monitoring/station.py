@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 from collections.abc import Iterable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -54,11 +55,11 @@ class Station:
         Those that were written to in the last ``settled`` s before ``now`` (s since 1970) may not be whole yet.
         """
         known = {own.file for own in self.listed} | _files_of(self.document)
-        found = [
-            _arrived(path.absolute(), path.stem)
-            for path in self.folder.iterdir()
-            if path.suffix.lower() in READABLE_SUFFIXES and not path.name.startswith(".") and path.is_file()
-        ]
+        found = list[Arrived]()
+        for path in self.folder.iterdir():
+            if path.suffix.lower() in READABLE_SUFFIXES and not path.name.startswith(".") and path.is_file():
+                with suppress(InputError):  # renamed or removed meanwhile, as loggers do
+                    found.append(_arrived(path.absolute(), path.stem))
         whole = [own for own in found if own.file not in known and now - own.modified / 1e9 >= settled]
         return sorted(whole, key=lambda own: (own.modified, own.name))
 

@@ -167,6 +167,7 @@ def accepted(kept: Kept) -> Kept:
 
 
 def new_alarms(before: Sequence[Observation], now: Sequence[Observation]) -> list[Observation]:
-    """Return the observations that raise an alarm now and were not there before."""
-    known = {own.file for own in before if own.standing is Standing.ALARM}
-    return [own for own in now if own.standing is Standing.ALARM and own.file not in known]
+    """Return the observations that raise an alarm now and did not stand there so before: one that a stopped run left
+    without its diagnosis is told when that is done.
+    """
+    return [own for own in now if own.standing is Standing.ALARM and own not in before]

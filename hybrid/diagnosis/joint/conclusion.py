@@ -114,7 +114,8 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     measured, fits, probability = claims.measured, claims.fits, claims.probability
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
     after = None if laws is None or found is None else Left(laws.track.discrepancy, found.track.discrepancy)
-    if after is not None and forecasts is not None and forecasts.reach_noise:
+    at_noise = forecasts if forecasts is not None and forecasts.reach_noise else None
+    if at_noise:
         after = None  # what the filter sees beside is of no consequence
     best = fits[0]
     nominal, first = measured.nominal, best.nuisances
@@ -124,6 +125,8 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
     beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
     left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
+    if at_noise:  # of modes that hardly differ from the drawn ones any share may be left
+        left = min(left, at_noise.unexplained)
     local = findings_of(measured, fits, probability, before, claims.gains)
     if after is not None:
         local = by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in local])

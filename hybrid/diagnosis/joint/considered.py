@@ -34,12 +34,11 @@ def considered_by_modes(
     order = np.argsort(-probability, kind="stable")
     told = [int(k) for k in order[:MOST]]
     told += [int(k) for k in order[MOST:] if fits[k].claim.key == measured.null.key][:1]
-    rows = len(fits[0].residual)
     return tuple(
         Considered(
             _words(measured, fits[k].claim),
             float(probability[k]),
-            misfit_of(measured, fits[k], fits[0]) / max(rows, 1),
+            misfit_of(measured, fits[k], fits[0]) / max(len(fits[k].residual), 1),
         )
         for k in told
     )

@@ -101,8 +101,8 @@ def fit_claim(
             present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
-        honest = replace(present, evidence=present.evidence - _beyond(measured, present))
-        best = honest if best is None or honest.evidence > best.evidence else best
+        there = replace(present, evidence=present.evidence - _beyond(measured, present))
+        best = there if best is None or there.evidence > best.evidence else best
         step = _step(measured, present)
         then = bounded(hypothesis, theta, step)
         errors = np.sqrt(np.maximum(np.diag(present.covariance)[first:], 0.0))  # rounding may leave less than nothing
