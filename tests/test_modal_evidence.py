@@ -125,14 +125,14 @@ def test_evidence_beside_the_best_values_falls_as_their_posterior_does(dataset: 
     """Linearised modes promise the same evidence from anywhere; what counts is that of the values that stand there."""
     rng = np.random.default_rng(6)
     measured = measured_of(dataset, modes_of(chain(off(rng)), "before", rng), modes_of(chain(off(rng)), "after", rng))
-    sizes, known = ErrorSizes(stiffness_scale=20.0, frequency_varies=0.03), {"errors_too": False}
-    best = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), sizes, 10, **known)
+    sizes = ErrorSizes(stiffness_scale=20.0, frequency_varies=0.03)
+    best = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), sizes, 10, errors_too=False)
     assert best is not None
     for number in range(COUNT):
         theta = best.theta.copy()
         step = np.sqrt(best.covariance[number, number])
         theta[number] += step
-        beside = fit_claim(measured, measured.null, theta, sizes, 1, **known)
+        beside = fit_claim(measured, measured.null, theta, sizes, 1, errors_too=False)
         assert beside is not None
         expected = 0.5 * step**2 * np.linalg.inv(best.covariance)[number, number]
         # what is not linear in a step of one standard deviation: a few per cent
