@@ -144,7 +144,7 @@ def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
         above.set_ylabel("frequency off (%)")
         above.set_xticks([])
         names = above.get_legend_handles_labels()
-        sheet.legend(*names, loc="outside upper center", ncols=2, frameon=False, fontsize=8)
+        sheet.legend(*names, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
         below.set(ylabel="MAC", ylim=(0, 1.02))
         below.set_xticks(
             place, [f"{mode.recording}\n{mode.measured:.4g} Hz" for mode in modes], rotation=90, fontsize=7
