@@ -9,13 +9,14 @@ from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
-from fe_models.causes import Effect, ForceLaw, LawWithMemory, MemorylessLaw
+from fe_models.causes import Effect, ForceLaw
 from fe_models.causes.laws import force_laws
 from fe_models.damping import full_damping
 from fe_models.dof_map import DofMap
 from fe_models.drive import Drive
 from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
+from fe_models.joined_laws import Joined, joined_laws, law_forces
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
 from fe_models.progress import progress_bar
@@ -187,7 +188,7 @@ def _from_states(
     from fe_models.exudyn.solve import FreeMotion  # loads Exudyn only where it is needed
 
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
-    joined, free = _coefficients(model.dofs, laws), model.dofs.free
+    joined, free = joined_laws(model.dofs, laws), model.dofs.free
     step = config.step if config.step is not None else _usual_step(model, config)
     fastest = _fastest(mass, stiffness, joined) if config.integrator == "rk67" else (0.0, 0.0)
     if config.step is None and drive is not None:  # friction and stops ask for shorter ones
@@ -203,23 +204,12 @@ def _from_states(
             motions.append(run.run(x0, v0))
             bar.update()
     x, v, z = (np.stack(part) for part in zip(*motions, strict=True))  # each (realisation, time, free or law)
-    force = v @ damping.T + x @ stiffness.T + _law_forces(joined, x, v, z, _time(steps))
+    force = v @ damping.T + x @ stiffness.T + law_forces(joined, x, v, z, _time(steps))
     if drive is not None:
         force -= drive.at(_time(steps))[:, free]
     a = -np.linalg.solve(mass, force.reshape(-1, len(mass)).T).T.reshape(force.shape)
     displacements, velocities, accelerations = (_expand(model.dofs, part) for part in (x, v, a))
     return Response(_time(steps), displacements, velocities, accelerations, model.dofs)
-
-
-def _law_forces(laws: "Joined", x: FloatArray, v: FloatArray, z: FloatArray, time: FloatArray) -> FloatArray:
-    """Return the forces (realisation, time, free) of laws; ``z``: of those with memory, (realisation, time, law)."""
-    total, remembered = np.zeros_like(x), iter(np.moveaxis(z, -1, 0))
-    for law, pull in laws:
-        if isinstance(law, LawWithMemory):
-            total += np.asarray(law.force_of(next(remembered)))[..., None] * pull
-        elif isinstance(law, MemorylessLaw):
-            total += np.asarray(law.force(x @ pull, v @ pull, time))[..., None] * pull
-    return total
 
 
 def _usual_step(model: LinearModel, config: FreeConfig) -> float:
@@ -280,7 +270,7 @@ def _initial_states(
     return states["displacement"], states["velocity"]
 
 
-def _fastest(mass: FloatArray, stiffness: FloatArray, laws: "Joined") -> tuple[float, float]:
+def _fastest(mass: FloatArray, stiffness: FloatArray, laws: Joined) -> tuple[float, float]:
     """Return the highest natural frequency (rad/s) and the largest rate of decay (1/s) that explicit steps must follow.
 
     With the largest slopes that the force laws know of: a stop in contact, friction at rest. `InputError` where degrees
@@ -312,43 +302,11 @@ def _check_explicit(highest: float, fastest: float, steps: "Steps") -> None:
         )
 
 
-Joined = tuple[tuple[ForceLaw, FloatArray], ...]
-"""Force laws with their coefficients (free,)."""
-
-
 def _laws_alone(effects: tuple[Effect | ForceLaw, ...]) -> tuple[ForceLaw, ...]:
     """Return effects that need no structure; `InputError` with the others."""
     linear = dict.fromkeys(effect.kind for effect in effects if not isinstance(effect, ForceLaw))
     raise_faults(f"{kind} changes a structure, and matrices alone have none: give a structure" for kind in linear)
     return tuple(effect for effect in effects if isinstance(effect, ForceLaw))
-
-
-def _coefficients(dofs: DofMap, laws: tuple[ForceLaw, ...]) -> Joined:
-    """Return each law with its coefficients; one end of two may be held, and counts as the ground."""
-    joined, faults = [], []
-    for law in laws:
-        missing = _missing(dofs, law)
-        faults += missing
-        if missing:
-            continue
-        full = dofs.pull(law.pulls)
-        if full.any() and not full[dofs.free].any():
-            place = " and ".join(f"node {node} is held in {direction}" for node, direction, _ in law.pulls)
-            faults.append(f"{law.kind}: {place}; join a node that moves")
-        joined.append((law, full[dofs.free]))
-    raise_faults(faults)
-    return tuple(joined)
-
-
-def _missing(dofs: DofMap, law: ForceLaw) -> list[str]:
-    """Return a fault for each degree of freedom that a law acts on and the model has not."""
-    faults = []
-    for node, direction, _ in law.pulls:
-        try:
-            dofs.row(node, direction)
-        except KeyError as missing:
-            faults.append(f"{law.kind}: {missing.args[0]}")
-    return faults
 
 
 def _expand(dofs: DofMap, free_values: FloatArray) -> FloatArray:
