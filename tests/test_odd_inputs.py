@@ -167,29 +167,26 @@ def computed(path: Path) -> None:
     natural_modes(model if isinstance(model, LinearModel) else linearise(model), 1)
 
 
+def is_answered(document: dict[str, Any], path: Path, read: Callable[[Path], object], examples: int) -> None:
+    """Check that a document is read, and that every odd one made of it ends in an answer."""
+
+    def read_odd(odd: Any) -> None:
+        path.write_text(as_toml(odd), encoding="utf-8", errors="replace")
+        read(path)
+
+    read_odd(document)
+    assert tried(examples, changed(document, odd_values()), read_odd) < examples
+
+
 @pytest.mark.parametrize("examples", EFFORTS)
 @pytest.mark.parametrize("structure", [PORTAL, structure_table(four_dof())], ids=["frame", "chain"])
 def test_structures(structure: dict[str, Any], examples: int, tmp_path: Path) -> None:
-    path = tmp_path / "odd.toml"
-
-    def read(document: Any) -> None:
-        path.write_text(as_toml(document), encoding="utf-8", errors="replace")
-        computed(path)
-
-    read(structure)
-    assert tried(examples, changed(structure, odd_values()), read) < examples
+    is_answered(structure, tmp_path / "odd.toml", computed, examples)
 
 
 @pytest.mark.parametrize("examples", EFFORTS)
 def test_datasets(examples: int, folder: Path) -> None:
-    path = folder / "dataset.toml"
-
-    def read(document: Any) -> None:
-        path.write_text(as_toml(document), encoding="utf-8", errors="replace")
-        load_dataset(path)
-
-    read(DATASET)
-    assert tried(examples, changed(DATASET, odd_values()), read) < examples
+    is_answered(DATASET, folder / "dataset.toml", load_dataset, examples)
 
 
 @pytest.mark.parametrize("examples", EFFORTS)

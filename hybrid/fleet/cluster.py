@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from fe_models.errors import InputError
 from fe_models.progress import nothing
-from hybrid.fleet.engine import Answers, Result, Task
+from hybrid.fleet.engine import TICK, Answers, Result, Task
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -17,7 +17,6 @@ MISSING = (
     " every machine of the cluster"
 )
 ANSWER_WITHIN = 30.0  # s, of a scheduler, and until it has a worker
-TICK = 1.0  # s: how often who waits is told so
 
 
 def on_cluster(

@@ -8,6 +8,8 @@ from contextlib import closing
 from time import monotonic
 from typing import Protocol, TypeVar
 
+TICK = 1.0  # s: how often who waits is told so
+
 Task = TypeVar("Task")
 Result = TypeVar("Result")
 Given = TypeVar("Given", covariant=True)

@@ -17,11 +17,10 @@ from threading import RLock, Thread
 from pebble import ProcessPool
 
 from fe_models.progress import nothing
-from hybrid.fleet.engine import Answers, Result, Task
+from hybrid.fleet.engine import TICK, Answers, Result, Task
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 LOST = 1  # exit status of a process whose parent is gone
-TICK = 1.0  # s: how often who waits is told so
 
 
 def in_processes(

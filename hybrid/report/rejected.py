@@ -8,11 +8,10 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.considered import Considered
+from hybrid.diagnosis.joint.considered import MOST, Considered
 from hybrid.report.page import Block, Cell, Paragraph, Table
 from hybrid.report.values import number, probability, share
 
-MOST = 12  # hypotheses of a table
 COMPETED = "Competed, each at all its places: {kinds}."
 NONE_REJECTED = "None but those that are named has a probability worth a line."
 HYPOTHESIS, PROBABILITY = "hypothesis", "probability"
