@@ -247,6 +247,35 @@ def test_a_watch_that_is_killed_goes_on(place: Path, tmp_path: Path) -> None:
     assert looked(watch, out).observations[-1].diagnosis == "change-changed"
 
 
+def test_an_alarm_whose_diagnosis_was_stopped_is_told_when_that_is_done(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    record(place, "changed", 1, age=20.0)
+    watch = Watch(load_station(place), out, 5, modes_in, lambda file, folder: None)
+    stopped = load_kept(out, watch.station.digest)
+    for own in watch.missing(stopped, 10.0, time.time()):
+        stopped = watch.looked_at(stopped, own)
+    after = looked(watch, out)
+    assert [own.name for own in new_alarms(stopped.observations, after.observations)] == ["changed"]
+    assert not new_alarms(after.observations, looked(watch, out).observations)
+
+
+def test_a_recording_whose_modes_cannot_be_identified_is_passed_by(place: Path, tmp_path: Path) -> None:
+    def failing(dataset: Dataset) -> tuple[SeenMode, ...]:
+        if dataset.recordings[0].name == "odd":
+            raise np.linalg.LinAlgError("SVD did not converge")
+        return modes_in(dataset)
+
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    record(place, "odd", 1, age=20.0)
+    kept = looked(Watch(load_station(place), out, 5, failing, lambda file, folder: None), out)
+    assert (kept.observations[-1].name, kept.observations[-1].standing) == ("odd", Standing.UNREADABLE)
+    assert "SVD did not converge" in kept.observations[-1].words[0]
+
+
 def test_a_diagnosis_that_fails_leaves_the_alarm(place: Path, tmp_path: Path) -> None:
     def failing(file: Path, folder: Path) -> None:
         raise RuntimeError("of its own")

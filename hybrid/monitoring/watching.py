@@ -67,6 +67,9 @@ class Watch:
             modes = (self.identified or modes_of)(self.station.dataset([own]))
         except InputError as error:
             observation = replace(observation, standing=Standing.UNREADABLE, words=error.faults)
+        except np.linalg.LinAlgError as error:  # or every restart would meet it again
+            words = (f"its modes cannot be identified ({error})",)
+            observation = replace(observation, standing=Standing.UNREADABLE, words=words)
         else:
             observation = self._judged(replace(observation, modes=modes), kept, listed)
         earlier = tuple(each for each in kept.observations if each.file != observation.file)
