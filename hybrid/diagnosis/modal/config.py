@@ -104,7 +104,8 @@ class ConclusionConfig:
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
     worth_a_note: float = 3.0  # times what was stated
-    doubted_sigma: float = 4.0  # times the error that identification states: as far off as a right frequency never is
+    # times a frequency's usual error, which identification leaves and recordings vary by: no right one is so far off
+    doubted_sigma: float = 4.0
 
 
 PAIRING = PairingConfig()
