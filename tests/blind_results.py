@@ -11,6 +11,7 @@ from benchmarks.blind_cases import BlindCase, BlindConfig
 from benchmarks.peers.answer import Answer, mark
 from fe_models.causes import AddedMass, Cause, CubicSpring, StiffnessChange
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.verdict import Verdict
@@ -42,10 +43,18 @@ def finding(cause: Cause, probability: float, off: float = 0.0, std: float = 0.0
     return Finding(cause, parameters, probability, 1.0, (), alternatives, "")
 
 
-def diagnosis(verdict: Verdict, *findings: Finding, seconds: float = 5.0, over_floor: float = 1.1) -> Diagnosis:
+def diagnosis(
+    verdict: Verdict,
+    *findings: Finding,
+    seconds: float = 5.0,
+    over_floor: float = 1.1,
+    calibration: tuple[Calibrated, ...] = (),
+) -> Diagnosis:
     """A diagnosis of which only what is judged is there."""
     scores: dict[str, Any] = {"extended": {"measured": 0.01 * over_floor}}
-    made = SimpleNamespace(verdict=verdict, findings=findings, scores=scores, noise_floor=0.01, seconds=seconds)
+    made = SimpleNamespace(
+        verdict=verdict, findings=findings, scores=scores, noise_floor=0.01, seconds=seconds, calibration=calibration
+    )
     return cast(Diagnosis, made)
 
 

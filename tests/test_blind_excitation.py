@@ -26,7 +26,8 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Dataset, Load, Sensor
 from fe_models.simulation import FreeConfig, simulate_driven
-from tests.blind_results import EXPLAINED, case_of, diagnosis, finding
+from hybrid.diagnosis.outcome.calibration import Calibrated
+from tests.blind_results import EXPLAINED, HEAVY, case_of, diagnosis, finding
 
 SHORT = BlindConfig(train=2, test=1, duration=30.0)
 MEASURED, BASE = replace(SHORT, excitation="measured"), replace(SHORT, excitation="base")
@@ -173,3 +174,19 @@ def test_groups_that_are_far_from_their_drawing_are_rightly_named_beside_the_hid
     assert judge(case_of(hidden), diagnosis(EXPLAINED, named[0])).confidently_wrong
     for other in (StiffnessChange((3,), 0.8), StiffnessChange((1, 2), 0.8), MassChange((1,), 1.1)):
         assert judge(case, diagnosis(EXPLAINED, finding(other, 0.99))).confidently_wrong
+
+
+def test_factors_of_groups_are_held_against_the_true_ones() -> None:
+    """Not those that the hidden cause changes as well, nor elements by themselves."""
+    drawn = Dataset(four_dof(), 10.0, (), ())
+    factors = tuple(TrueFactor("stiffness", {"elements": [number]}, 0.8) for number in (1, 2, 3))
+    case = replace(case_of(StiffnessChange((3,), 0.5)), dataset=drawn, factors=factors)
+    calibrated = (
+        Calibrated("stiffness", {"element": 1}, 0.81, 0.01),
+        Calibrated("stiffness", {"element": 2}, 0.85, 0.01),
+        Calibrated("stiffness", {"element": 3}, 0.4, 0.01),
+        Calibrated("damping", {"modes": [1]}, 1.4, 0.01),
+    )
+    found = diagnosis(EXPLAINED, calibration=calibrated)
+    assert judge(case, found).groups == (True, False)
+    assert judge(case_of(HEAVY), found).groups == ()

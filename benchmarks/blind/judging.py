@@ -7,10 +7,9 @@ from typing import Any
 
 from pydantic import TypeAdapter
 
+from benchmarks.blind.groups import factors_within, is_far
 from benchmarks.blind_cases import BlindCase
-from fe_models.causes import Cause, MassChange, StiffnessChange
-from fe_models.structure import Structure
-from fe_models.uncertain_parts import uncertain_parts
+from fe_models.causes import Cause
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
@@ -28,8 +27,9 @@ class Judgement:
     ``first``: whether the answer is right; ``listed``: whether the truth is named or among the alternatives;
     ``confidently_wrong``: whether a wrong name has a probability of 0.9 or more. ``probabilities`` of the findings,
     each with whether it is right. ``within`` and ``covered``: for each parameter of the right names whether it is close
-    (10 % or two standard deviations), and within its interval of 95 %. ``over_floor``: NRMSE of the extended model's
-    forecast over the noise floor; processor ``seconds`` of the diagnosis.
+    (10 % or two standard deviations), and within its interval of 95 %. ``groups``: for each group that is far from its
+    drawing whether its factor is within two standard deviations of the true one. ``over_floor``: NRMSE of the extended
+    model's forecast over the noise floor; processor ``seconds`` of the diagnosis.
     """
 
     truth: tuple[str, ...]
@@ -41,6 +41,7 @@ class Judgement:
     probabilities: tuple[tuple[float, bool], ...]
     within: tuple[bool, ...]
     covered: tuple[bool, ...]
+    groups: tuple[bool, ...]
     over_floor: float
     seconds: float
 
@@ -77,7 +78,7 @@ def judge(case: BlindCase, found: Answer) -> Judgement:
     That a group is off where its structure is far from its drawing is said rightly, and is none of the hidden causes.
     """
     truth = tuple(key_of(cause) for cause in case.truth)
-    findings = [item for item in found.findings if key_of(item.cause) in truth or not _is_far(item.cause, case)]
+    findings = [item for item in found.findings if key_of(item.cause) in truth or not is_far(item.cause, case)]
     named = tuple(key_of(finding.cause) for finding in findings)
     listed = set(named)
     for finding in findings:
@@ -103,6 +104,7 @@ def judge(case: BlindCase, found: Answer) -> Judgement:
         tuple((finding.probability, key_of(finding.cause) in truth) for finding in findings),
         tuple(within for within, _ in marks),
         tuple(covered for _, covered in marks),
+        factors_within(found, case),
         _over_floor(found),
         found.seconds,
     )
@@ -114,27 +116,9 @@ def _over_floor(found: Answer) -> float:
     return inf if error is None or not found.noise_floor else error / found.noise_floor
 
 
-def _is_far(cause: Cause, case: BlindCase) -> bool:
-    """Return whether a cause is that a whole group of the drawing is off, and the case says so of it, or of the larger
-    one that it belongs to.
-    """
-    quantity = {StiffnessChange.kind: "stiffness", MassChange.kind: "mass"}.get(cause.kind)
-    if quantity is None or not case.factors:
-        return False
-    drawn, elements = case.dataset.model, _elements(cause.location)
-    if not isinstance(drawn, Structure) or not any(elements == set(part.elements) for part in uncertain_parts(drawn)):
-        return False
-    groups = [_elements(item.location) for item in case.factors if item.what == quantity]
-    return any(elements and elements <= group for group in groups)
-
-
-def _elements(location: Mapping[str, Any]) -> set[int]:
-    return set(location.get("elements") or ([location["element"]] if "element" in location else []))
-
-
 def no_report(hidden: str) -> Judgement:
     """Return what counts where a diagnosis ended without a report, whatever was ``hidden``: nothing is right."""
-    return Judgement((hidden,), (), Verdict.UNEXPLAINED, False, False, False, (), (), (), inf, inf)
+    return Judgement((hidden,), (), Verdict.UNEXPLAINED, False, False, False, (), (), (), (), inf, inf)
 
 
 def _marks(finding: Finding, case: BlindCase) -> list[tuple[bool, bool]]:

@@ -132,6 +132,11 @@ def rates(
             aims.parameters,
         ),
         Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
+        Rate(
+            "groups' factors within two standard deviations",
+            share(mark for r in results for mark in r.judgement.groups),
+            aims.groups,
+        ),
         line(FORECAST, known if forecast else [], lambda r: r.judgement.over_floor <= limit, ""),
     ]
     if known and forecast:

@@ -35,7 +35,8 @@ class Record:
 
 def begin(folder: Path, code: Code, columns: Iterable[Column]) -> None:
     """Note in a new ``folder`` what its cases are of; `InputError` where it holds cases of something else."""
-    wanted: dict[str, Any] = {"schema": SCHEMA, **asdict(code), "columns": [asdict(column) for column in columns]}
+    listed = [{**asdict(column), "kinds": list(column.kinds)} for column in columns]  # JSON has no tuples
+    wanted: dict[str, Any] = {"schema": SCHEMA, **asdict(code), "columns": listed}
     path = folder / RUN
     if not path.exists():
         write_json(path, wanted)
