@@ -36,6 +36,11 @@ class LawFit:
     track: Track
 
 
+def is_followed(law: LawCandidate) -> bool:
+    """Return whether a law's force is known along a motion: of those with a memory, that of a `HystereticSpring`."""
+    return not law.has_memory or isinstance(law.build(*law.first_starts[0]), HystereticSpring)
+
+
 def force_along(nominal: NominalModel, law: LawCandidate, theta: FloatArray) -> LawForce:
     """Return the force of a law of ``theta`` (parameter,)."""
     spring = law.build(*theta.tolist())

@@ -20,7 +20,7 @@ from fe_models.causes.searched import candidates_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
-from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, response, settled_law
+from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, is_followed, response, settled_law
 from hybrid.diagnosis.discrepancy.size import log_prior_of
 from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.modal.claim import Measured
@@ -168,7 +168,7 @@ def _candidates(item: Track, measured: Measured) -> tuple[LawCandidate, ...]:
     motion = Motion(states[:, :n] @ shapes.T, states[:, n:] @ shapes.T)
     channels = tuple(Channel(sensor.name, 1.0, 1.0) for sensor in measured.sensors)
     found = candidates_of(Known(measured.nominal, motion, channels))
-    return tuple(candidate for candidate in found if isinstance(candidate, LawCandidate))
+    return tuple(own for own in found if isinstance(own, LawCandidate) and is_followed(own))
 
 
 @dataclass(frozen=True, eq=False)

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
-from fe_models.arrays import TINY
+from fe_models.arrays import TINY, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import DOOR, THREADS
@@ -17,6 +17,7 @@ from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.search import Search, null_fit
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.identification.identification import Identification
 
 
@@ -80,18 +81,28 @@ def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measu
         if np.abs(shift).max(initial=0.0) < FIT.max_basis_shift:
             break
         nominal = with_parts_scaled(measured.nominal, dataset, np.exp(shift))
-        if len(nominal.spread) != len(measured.nominal.spread):
-            break  # other patterns are felt; the older basis serves
-        offset = measured.offset.copy()
+        offset, theta = (_values_of(values, measured.nominal, nominal) for values in (measured.offset, null.theta))
         offset[:parts] += shift
-        moved = replace(measured, nominal=nominal, offset=offset)
-        theta = null.theta.copy()
         theta[:parts] = 0.0
+        moved = replace(measured, nominal=nominal, offset=offset)
         again = fit_claim(moved, moved.null, theta, null.sizes)
         if again is None or again.evidence < null.evidence:
             break
         measured, null = moved, again
     return measured, null
+
+
+def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> FloatArray:
+    """Return nominal ``values`` (nuisance,) of an ``old`` model for a ``new`` one of other stiffnesses, of which more
+    modes or fewer are in the band, and other patterns of the scatter are felt: these begin with none.
+    """
+    found = np.zeros(len(new.spread))
+    both = min(old.factors, new.factors)  # parts come first, then the damping ratios of the lowest modes
+    found[:both] = values[:both]
+    if len(old.scatter.changes) == len(new.scatter.changes):
+        found[new.factors : new.values] = values[old.factors : old.values]
+    found[new.values :] = values[old.values :]
+    return found
 
 
 def surely_off(measured: Measured, fit: ModalFit) -> dict[int, float]:

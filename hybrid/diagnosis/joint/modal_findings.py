@@ -12,7 +12,7 @@ from fe_models.causes.wording import at_place
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.joint.found import Found
 from hybrid.diagnosis.joint.look import surely_off
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
@@ -109,24 +109,29 @@ def _finding(
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
 
-def _says_so(measured: Measured, item: ModalFit, best: Claim, number: int) -> bool:
-    """Return whether a fit without a cause says the same by a nominal value: that of a single element alone, too."""
-    candidate = best.hypothesis.candidates[number]
-    part = candidate.part if isinstance(candidate, ChangeCandidate) else None
-    if part is None or candidate.kind != StiffnessChange.kind or len(best.acts[number]) < len(measured.recordings):
+def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) -> bool:
+    """Return whether a fit without a cause of the ``best`` says the same by a nominal value, to the same side: that of
+    a single element alone, too.
+    """
+    candidate, part = best.claim.hypothesis.candidates[number], best.claim.hypothesis.slices[number]
+    own = candidate.part if isinstance(candidate, ChangeCandidate) else None
+    if own is None or candidate.kind != StiffnessChange.kind:
         return False
-    return measured.nominal.parts[part].elements == (candidate.location.get("element"),) and part in surely_off(
-        measured, item
-    )
+    if len(best.claim.acts[number]) < len(measured.recordings) or own not in surely_off(measured, item):
+        return False
+    if measured.nominal.parts[own].elements != (candidate.location.get("element"),):
+        return False
+    cause, _ = built(candidate, best.theta[part], np.zeros(part.stop - part.start))
+    return (cause.parameters["factor"] > 1) == (item.theta[own] + measured.offset[own] > 0)
 
 
 def _rivals(
     measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int
 ) -> tuple[float, tuple[Alternative, ...]]:
     """Return how probable candidate ``number`` of the best fit is, and what may stand in its place."""
-    best = fits[0].claim
-    wanted = best.hypothesis.candidates[number].key
-    others = {candidate.key for candidate in best.hypothesis.candidates} - {wanted}
+    best = fits[0]
+    wanted = best.claim.hypothesis.candidates[number].key
+    others = {candidate.key for candidate in best.claim.hypothesis.candidates} - {wanted}
     named, unknown, rivals = 0.0, 0.0, dict[str, tuple[Alternative, float]]()
     for item, own in zip(fits, probability, strict=True):
         candidates = item.claim.hypothesis.candidates
