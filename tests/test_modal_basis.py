@@ -17,7 +17,8 @@ from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 RATE, HIGHEST = 80.0, 30.0  # Hz
 ERROR = 1e-3  # of frequencies, ratios over their size, and shapes' entries
 FACTOR = 0.6  # of deck and towers: frequencies fall by a fifth
-SENSORS = tuple(Sensor(f"y{node}", node, "y", "displacement", "m") for node in (3, 6, 9, 13, 17, 20, 24, 27))
+NODES = (3, 6, 9, 13, 17, 20, 24, 27)
+SENSORS = tuple(Sensor(f"y{node}", node, "y", "displacement", "m") for node in NODES)
 
 
 def drawn() -> Structure:
@@ -38,7 +39,7 @@ def modes_in_band(structure: Structure) -> MeasuredModes:
     """Return the modes below the highest frequency, as an identification with small errors gives them."""
     modal = natural_modes(linearise(structure), 20)
     count = int(np.sum(modal.frequencies < HIGHEST))
-    rows = [modal.dofs.row(sensor.node, sensor.direction) for sensor in SENSORS]
+    rows = [modal.dofs.row(node, "y") for node in NODES]
     shapes = modal.shapes[rows, :count].T
     seen = np.abs(shapes).max(axis=1) > 0.1 * np.abs(modal.shapes[:, :count]).max(axis=0)  # not the towers' own
     shapes = shapes[seen] / np.abs(shapes[seen]).max(axis=1, keepdims=True)

@@ -115,14 +115,15 @@ def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) ->
     """
     candidate, part = best.claim.hypothesis.candidates[number], best.claim.hypothesis.slices[number]
     own = candidate.part if isinstance(candidate, ChangeCandidate) else None
-    if own is None or candidate.kind != StiffnessChange.kind:
+    cause = candidate.build(*best.theta[part].tolist())
+    if own is None or not isinstance(cause, StiffnessChange):
         return False
     if len(best.claim.acts[number]) < len(measured.recordings) or own not in surely_off(measured, item):
         return False
     if measured.nominal.parts[own].elements != (candidate.location.get("element"),):
         return False
-    cause, _ = built(candidate, best.theta[part], np.zeros(part.stop - part.start))
-    return (cause.parameters["factor"] > 1) == (item.theta[own] + measured.offset[own] > 0)
+    stiffer, stiffer_instead = bool(np.all(np.greater(cause.factor, 1))), item.theta[own] + measured.offset[own] > 0
+    return bool(stiffer == stiffer_instead)
 
 
 def _rivals(
