@@ -122,8 +122,7 @@ def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) ->
         return False
     if measured.nominal.parts[own].elements != (candidate.location.get("element"),):
         return False
-    stiffer, stiffer_instead = bool(np.all(np.greater(cause.factor, 1))), item.theta[own] + measured.offset[own] > 0
-    return bool(stiffer == stiffer_instead)
+    return bool(np.greater(cause.factor, 1).all() == (item.theta[own] + measured.offset[own] > 0))
 
 
 def _rivals(
