@@ -35,7 +35,9 @@ NEIGHBOURS = (
 LONGER = 50.0  # s, of the chain under a force at 1.03 times a natural frequency: its first fifth must part the two
 RICH = ("added_mass", "cubic_spring", "sensor_delay")  # hidden in a finer, geometrically nonlinear, scattered bridge
 
-QUICK = ("stiffness_change",)  # a bridge takes half a minute
+QUICK = ("stiffness_change",)  # a bridge takes half a minute, ...
+# ... a chain some seconds: of each family one, the others as in it
+QUICK_IN_THE_CHAIN = ("stiffness_change", "point_damper", "cubic_spring", "gap_stop", "harmonic_force", "sensor_delay")
 
 
 def tier_of(number: int) -> Tier:
@@ -43,7 +45,10 @@ def tier_of(number: int) -> Tier:
     return "off" if number % 2 else "exact"
 
 
-BY_SERIES = [(number, kind) for number, kind in enumerate(KINDS) if kind != HystereticSpring.kind]
+BY_SERIES, BY_SERIES_IN_THE_BRIDGE = (
+    [(number, kind) for number, kind in enumerate(kinds) if kind != HystereticSpring.kind]
+    for kinds in (KINDS, BRIDGE_KINDS)
+)
 
 
 def diagnosed(case: BlindCase) -> tuple[Diagnosis, Judgement]:
@@ -80,6 +85,7 @@ def check_named(case: BlindCase, rich: bool = False) -> None:
     check_gain(found, ONE_CHANNEL if of_one_channel else GAINED)
 
 
+@pytest.mark.slow
 def test_a_spring_that_slides_is_named_by_modes_and_motion() -> None:
     """The series cannot hold what it remembers, and leave it open: modes and motion are asked."""
     case = blind_case(110, replace(CHAIN, kinds=(HystereticSpring.kind,)))
@@ -90,7 +96,14 @@ def test_a_spring_that_slides_is_named_by_modes_and_motion() -> None:
     assert found.findings[0].probability > 0.9
 
 
-@pytest.mark.parametrize(("number", "kind"), BY_SERIES, ids=[kind for _, kind in BY_SERIES])
+@pytest.mark.parametrize(
+    ("number", "kind"),
+    [
+        pytest.param(number, kind, marks=() if kind in QUICK_IN_THE_CHAIN else pytest.mark.slow)
+        for number, kind in BY_SERIES
+    ],
+    ids=[kind for _, kind in BY_SERIES],
+)
 def test_cause_hidden_in_the_chain_is_named_and_built_in(number: int, kind: str) -> None:
     config = replace(CHAIN, kinds=(kind,), tier=tier_of(number))
     if kind == "harmonic_force":
@@ -102,9 +115,9 @@ def test_cause_hidden_in_the_chain_is_named_and_built_in(number: int, kind: str)
     ("number", "kind"),
     [
         pytest.param(number, kind, marks=() if kind in QUICK else pytest.mark.slow)
-        for number, kind in enumerate(BRIDGE_KINDS)
+        for number, kind in BY_SERIES_IN_THE_BRIDGE
     ],
-    ids=BRIDGE_KINDS,
+    ids=[kind for _, kind in BY_SERIES_IN_THE_BRIDGE],
 )
 def test_cause_hidden_in_the_bridge_is_named_and_built_in(number: int, kind: str) -> None:
     rich = kind in RICH
@@ -146,6 +159,7 @@ def test_two_causes_in_the_chain_are_both_named() -> None:
     check_named(blind_case(123, replace(CHAIN, kinds=("added_mass", "sensor_gain"), tier="off")))
 
 
+@pytest.mark.slow
 def test_a_change_between_recordings_is_dated() -> None:
     case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), tier="off", changed=2))
     found, marks = diagnosed(case)

@@ -109,6 +109,7 @@ def test_a_load_that_is_recorded_late_shows_what_acted_before() -> None:
     np.testing.assert_allclose(load.values, 2 * (course[MARGIN:-MARGIN] - 0.5 * (course[1] - course[0])), rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_a_fault_of_a_load_leaves_the_motion_as_it_is_and_acts_where_it_should() -> None:
     config = replace(MEASURED, kinds=("load_gain",), acts="one", size=1.0, noise=0.0)
     seed = next(seed for seed in range(9, 40) if len(_differing(seed, config)))  # the faulty load is recorded there

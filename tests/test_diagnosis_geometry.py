@@ -229,6 +229,7 @@ def test_forecasts_of_motions_larger_than_those_of_training_are_bent_where_their
     assert other.forecast(quiet).energy != scorer.forecast(quiet).energy != scorer.forecast(quiet, 0.0).energy
 
 
+@pytest.mark.slow
 def test_what_was_recorded_is_scored_not_what_was_fitted(bridge_setting: Setting) -> None:
     """A fit's own batches, straightened or not, have the same forecasts."""
     setting = bridge_setting

@@ -265,6 +265,7 @@ def test_hybrid_trains_on_a_modal_model_and_speaks_for_no_place() -> None:
     assert not any("speak" in note for note in gain.notes)
 
 
+@pytest.mark.slow
 def test_script_takes_the_file_and_names_it(tmp_path: Path) -> None:
     save_structure(CHAIN, tmp_path / "chain.toml")
     dataset = save_dataset(given(recorded(CHAIN, train=3), contaminated(0.03)), tmp_path, "chain.toml")

@@ -76,6 +76,7 @@ def test_damping_turns_with_the_modes_where_the_recordings_say_so() -> None:
     assert item.theta[turning] > 3 * std[turning]  # 1: turns, -1: stays
 
 
+@pytest.mark.slow
 def test_what_recordings_do_not_tell_stays_as_uncertain_as_it_was() -> None:
     """Though a value of a frame tells a quarter of what it does alone, what is known of it is no less certain."""
     _, setting, _ = case_of(3, tier="exact")

@@ -69,6 +69,7 @@ def test_offset_is_taken_off_to_within_its_own_error_and_a_drift_is_left(size: f
     )  # three digits are reported
 
 
+@pytest.mark.slow
 def test_neither_noise_nor_a_drift_is_an_offset() -> None:
     """One in a million by chance, if the noise is white."""
     for seed in range(100):

@@ -206,6 +206,7 @@ def test_the_command_refuses_an_extended_model_that_does_not_fit(tmp_path: Path)
     assert "load at node 3 in x: node 3 does not exist" in result.output
 
 
+@pytest.mark.slow
 def test_the_command_takes_the_decay_of_a_single_knock_by_its_modes(tmp_path: Path) -> None:
     save_dataset(shaken(Load(3, "x", np.roll(knock(2048), -97)), noise=0.001), tmp_path / "data")
     result = CliRunner().invoke(app, ["compare", str(tmp_path / "data" / "dataset.toml"), "--out", str(tmp_path / "o")])

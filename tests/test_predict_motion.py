@@ -105,6 +105,7 @@ def test_whole_records_need_a_model_that_solves_for_its_states(run: Path, tmp_pa
     assert "--preset places" in result.output
 
 
+@pytest.mark.slow
 def test_under_known_loads_it_is_what_the_model_forecasts_and_only_as_long_as_they_are_known(tmp_path: Path) -> None:
     """From sample 20 on, in the command and in Python alike; the loads come from the dataset's files."""
     dataset = loaded_dataset(chain_modes(), 2)

@@ -135,6 +135,7 @@ def test_one_rate_that_recordings_state_is_the_dataset_s() -> None:
     assert alone.of_one_rate("a test").recordings[0].sampling_rate is None
 
 
+@pytest.mark.slow
 def test_modes_are_identified_at_each_recording_s_own_rate() -> None:
     """The same chain at 10 and 20 Hz has the same modes; at the other's rate they would be twice or half as fast."""
     found = diagnose_modes(two_rates())

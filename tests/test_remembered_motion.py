@@ -69,6 +69,7 @@ def test_linearised_motion_follows_as_an_ode_solver_does(sharpness: float) -> No
     assert (np.abs(free - beside[1:, :4]).max(axis=0)[2:] > 0.03 * largest[2:4]).all()  # the tangent is what does it
 
 
+@pytest.mark.slow
 def test_a_filter_finds_the_motion_under_a_spring_that_slides() -> None:
     """From the motion that it takes without the spring, in a few turns, to a fifth of that error."""
     space, spring = space_of(), spring_of(2.0)

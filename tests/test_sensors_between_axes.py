@@ -140,6 +140,7 @@ def test_a_diagnosis_names_what_turned_sensors_show() -> None:
     assert finding.cause.factor == pytest.approx(0.6, abs=0.02)
 
 
+@pytest.mark.slow
 def test_the_commands_take_turned_sensors(tmp_path: Path) -> None:
     write_npz(tmp_path / "floors.npz", two_storeys())
 

@@ -89,6 +89,7 @@ def test_after_kill_9_the_same_command_ends_with_the_same_scores(dataset: Path, 
     assert not (tmp_path / PARTIAL_CHECKPOINT).exists()
 
 
+@pytest.mark.slow
 def test_ctrl_c_ends_with_130_and_says_how_to_go_on(dataset: Path, whole: Path, tmp_path: Path) -> None:
     status, output = interrupted(dataset, tmp_path, signal.SIGINT, *LONG)
     assert status == 130, output

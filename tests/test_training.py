@@ -94,6 +94,7 @@ def test_the_hybrid_learns_a_linear_truth(dataset: Dataset, usual: Trainer) -> N
     assert mean_error(usual, windows) < 0.02
 
 
+@pytest.mark.slow
 def test_training_learns_what_a_linear_model_cannot() -> None:
     """A cubic spring: training lowers both the bound and the error on recordings it never saw, by a quarter or more."""
     dataset = cubic_dataset()

@@ -82,6 +82,7 @@ def test_the_smoother_is_the_posterior_of_all_states_and_forces_at_once() -> Non
     np.testing.assert_allclose(found.noise_power, expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_the_smoother_expects_of_squares_is_the_gradient_of_the_likelihood() -> None:
     """Fisher's identity, against central differences of 1e-5, good to 1e-7."""
     steps, data, force, noise, begin = chance()
