@@ -6,7 +6,7 @@ from typing import Any
 
 from benchmarks.certificate.code import ROOT, Code, code_of
 from benchmarks.certificate.counts import Certificate
-from benchmarks.certificate.page import rates_table
+from benchmarks.certificate.page import rates_table, sections
 from benchmarks.certificate.plan import COLUMNS
 from benchmarks.certificate.run import run, write
 from fe_models.progress import progress_bar
@@ -41,7 +41,8 @@ def certify(out: Path | None, jobs: int, minutes: float | None, dirty: bool) -> 
         for bar in bars:
             bar.close()
     numbers, page = write(found, ROOT / "docs")
-    print("\n".join(rates_table(found)))
+    for title, columns in sections(found):
+        print("\n".join([title, "", *rates_table(columns), ""]))
     if found.done < found.planned:
         print(f"{found.done} of {found.planned} cases so far; the same command goes on from there")
     print(f"Cases: {folder}\nResults: {page}, {numbers}")

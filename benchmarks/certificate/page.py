@@ -7,6 +7,7 @@ from benchmarks.blind.rates import Share
 from benchmarks.blind.reliability import Bin
 from benchmarks.blind_cases import BlindConfig
 from benchmarks.certificate.counts import Certificate, ColumnCounts
+from benchmarks.certificate.plan import Column
 from hybrid.diagnosis.outcome.verdict import MATERIAL
 
 HOW = """\
@@ -55,18 +56,11 @@ def page(found: Certificate) -> str:
             _how(found),
             "## Rates",
             "",
-            *rates_table(found),
-            "",
             READING.format(material=100 * MATERIAL),
+            *[line for title, columns in sections(found) for line in _section(title, columns)],
             "## Probabilities: is what is named at 0.9 right in nine of ten cases?",
             "",
             *_calibration(found),
-            "",
-            "## By what was hidden",
-            "",
-            "Right answers, of the cases that forecasts need.",
-            "",
-            *_hidden(found.columns),
             "",
             "## Time of a diagnosis",
             "",
@@ -103,16 +97,35 @@ def _how(found: Certificate) -> str:
     return HOW.format(cases=cases, noise=100 * BlindConfig().noise, seed=CERTIFICATE_SEED)
 
 
-def rates_table(found: Certificate) -> list[str]:
+def sections(found: Certificate) -> list[tuple[str, list[ColumnCounts]]]:
+    """Return the columns in the parts of the page, each with its title."""
+
+    def part_of(column: Column) -> str:
+        if column.excitation != "free":
+            return "Ambient vibration, known forces, base motion"
+        far = column.tier == "far" or column.acts == "one"
+        return "Far from the drawing, or changed before one recording" if far else "A drawing that is nearly right"
+
+    titles = dict.fromkeys(part_of(own.column) for own in found.columns)
+    return [(title, [own for own in found.columns if part_of(own.column) == title]) for title in titles]
+
+
+def _section(title: str, columns: Sequence[ColumnCounts]) -> list[str]:
+    """Return rates and counts by what was hidden, of the cases that forecasts need, of some columns."""
+    counted = ["Right answers by what was hidden, of the cases that forecasts need:", "", *_hidden(columns), ""]
+    return [f"### {title}", "", *rates_table(columns), "", *counted]
+
+
+def rates_table(columns: Sequence[ColumnCounts]) -> list[str]:
     """Return the lines of the table of rates: columns with the same aims beside each other, then their aim."""
-    every = dict.fromkeys(own.column.aims for own in found.columns)
-    groups = [[own for own in found.columns if own.column.aims == aims] for aims in every]
+    every = dict.fromkeys(own.column.aims for own in columns)
+    groups = [[own for own in columns if own.column.aims == aims] for aims in every]
     heads, aims = [""], [[rate for own in group for rate in own.rates] for group in groups]
     for group in groups:
         heads += [*(own.column.name for own in group), *(["aim"] if group else [])]
     rows = []
-    for what in dict.fromkeys(rate.what for own in found.columns for rate in own.rates):
-        if not any(_measured(own, what).count for own in found.columns):
+    for what in dict.fromkeys(rate.what for own in columns for rate in own.rates):
+        if not any(_measured(own, what).count for own in columns):
             continue
         row = [what]
         for group, listed in zip(groups, aims, strict=True):
@@ -137,18 +150,20 @@ def _share(item: Share) -> str:
 def _calibration(found: Certificate) -> list[str]:
     if not found.calibration:
         return ["Nothing has been named yet."]
-    heads = ["named at", "on average", "right", *(own.column.name for own in found.columns)]
+    parts = [(title, [one for own in columns for one in own.calibration]) for title, columns in sections(found)]
+    heads = ["named at", "on average", "right", *(title[0].lower() + title[1:] for title, _ in parts)]
     rows = [
         [f"{item.low:.2f} to {item.high:.2f}", f"{100 * item.promised:.1f} %", _share(item.right)]
-        + [_count(own.calibration, item.low) for own in found.columns]
+        + [_count(bins, item.low) for _, bins in parts]
         for item in found.calibration
     ]
     return table(heads, rows)
 
 
 def _count(bins: Iterable[Bin], low: float) -> str:
-    own = next((item.right for item in bins if item.low == low), None)
-    return "-" if own is None else f"{own.hits}/{own.count}"
+    own = [item.right for item in bins if item.low == low]
+    hits, count = sum(item.hits for item in own), sum(item.count for item in own)
+    return f"{hits}/{count}" if count else "-"
 
 
 def _hidden(columns: Sequence[ColumnCounts]) -> list[str]:
