@@ -4,9 +4,8 @@ from dataclasses import dataclass
 from math import pi
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from fe_models.causes import LawWithMemory, MemorylessLaw
+from fe_models.causes.arithmetic import sine
 
 if TYPE_CHECKING:
     from fe_models.structure import Direction
@@ -54,7 +53,7 @@ class SwingingSpring(MemorylessLaw):
 
     def force(self, u: Any, v: Any, t: Any = 0.0) -> Any:
         """Return swing * sin(2 pi frequency t) * u (N)."""
-        return self.swing * np.sin(2 * pi * self.frequency * t) * u
+        return self.swing * sine(2 * pi * self.frequency * t) * u
 
 
 @dataclass(frozen=True)

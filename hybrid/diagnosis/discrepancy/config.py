@@ -49,6 +49,8 @@ class LawFitConfig:
     neighbours: int = 4  # of the best law's place that are tried beside it, ...
     moves: int = 3  # ... as often as one of them is better
     settled: int = 2  # of all, the best and its rival, whose modes are moved to where the recordings have them
+    # of what a law does to modes: as little is its force known along a motion that noise makes turn now and then
+    relative_error: float = 0.05
 
 
 @dataclass(frozen=True)

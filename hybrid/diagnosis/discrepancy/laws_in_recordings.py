@@ -36,27 +36,45 @@ def laws_in(
     First in the place of all other causes: beside the structure as it was ``drawn``, its values as exact as was stated,
     or as the modes have it, ``found``, whichever follows the recordings better; a strong law bends the modes and leads
     nominal values astray. Where the ``best`` claim of all modes, with its log ``odds`` beforehand, follows them better
-    still, only what it leaves is asked for a law; so it is where that claim is of some recordings alone: a law of all
-    does not tell these apart.
+    still, only what it leaves is asked for a law; so it is at first where that claim is of some recordings alone.
     """
     samples = samples_in(best, LAW_FIT.most_values)
     claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
-    beside = any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts)
-    if beside or (claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size):
-        return replace(_of_all(_searched(best, found[0], samples), best), replaces_causes=False)
+    if claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size:
+        return _beside(best, found[0], samples)
     measured, fit = drawn
     bare = [
         (track_of(dataset, measured, as_drawn(measured, fit), ErrorSizes()), measured),
         (track_of(dataset, *found), found[0]),
     ]
     known = [(item, own) for item, own in bare if item is not None]
-    short = shortened(best, samples)
-    if known:
-        bare_best, own = max(known, key=lambda pair: pair[0].evidence)
-        instead = _searched(bare_best, own, samples)
-        if not claim.hypothesis.candidates or instead.log_evidence > short.evidence + odds:
-            return _of_all(instead, bare_best)
-    return replace(_of_all(_searched(best, found[0], samples), best), replaces_causes=False)
+    if not known:
+        return _beside(best, found[0], samples)
+    bare_best, own = max(known, key=lambda pair: pair[0].evidence)
+    if any(set(acts) < every for acts in (*claim.acts, claim.changed) if acts):
+        return _alone(_beside(best, found[0], samples), bare_best, own, best.evidence + odds)
+    instead = _searched(bare_best, own, samples)
+    if not claim.hypothesis.candidates or instead.log_evidence > shortened(best, samples).evidence + odds:
+        return _of_all(instead, bare_best)
+    return _beside(best, found[0], samples)
+
+
+def _beside(best: Track, measured: Measured, samples: int) -> LawSearch:
+    """Return the laws beside the claim of a track."""
+    return replace(_of_all(_searched(best, measured, samples), best), replaces_causes=False)
+
+
+def _alone(laws: LawSearch, bare: Track, measured: Measured, claimed: float) -> LawSearch:
+    """Return the law that is named beside a claim without that, on a ``bare`` track, where it alone is more probable
+    than the claim alone, ``claimed``: under a law modes differ with amplitude, from one recording to the next.
+    """
+    if laws.named is None:
+        return laws
+    nominal = measured.nominal
+    alone = settled_law(fit_law(bare, nominal, laws.named.candidate, laws.named.theta), nominal)
+    if alone.evidence <= claimed:
+        return laws
+    return replace(laws, track=bare, nominal=nominal, fits=(alone, *laws.fits[1:]), replaces_causes=True)
 
 
 def _searched(item: Track, measured: Measured, samples: int) -> LawSearch:

@@ -18,13 +18,13 @@ from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws, without_law
+from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
 from hybrid.diagnosis.joint.change_gains import gains_of
 from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
 from hybrid.diagnosis.joint.forecasts import FoundMotion
 from hybrid.diagnosis.joint.found import found_beside, found_by_modes, found_instead
 from hybrid.diagnosis.joint.look import Look, look_at, rebased
-from hybrid.diagnosis.joint.measured_in_dataset import measured_in
+from hybrid.diagnosis.joint.modes_less_law import measured_less_law
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -104,7 +104,7 @@ def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None
         return known.claims, laws, motion
     if not laws.replaces_causes:
         return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
-    linear, _ = measured_in(without_law(dataset, laws), lambda _: None)
+    linear = measured_less_law(dataset, laws, known.measured)
     again = _searched(*rebased(dataset, *_refitted(linear, look.drawn)), lambda _: None)
     instead = found_instead(dataset, again.measured, again.fits[0], laws.named)
     return again.claims, laws, motion if instead is None else FoundMotion.of(dataset, drawn, instead)
