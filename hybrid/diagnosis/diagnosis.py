@@ -55,7 +55,8 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
         series = _seen_in(look, _by_series(dataset, tell, LOOKED))
-        return _better(series, _by_modes(look, tell)) if series.verdict.is_wanting else series
+        modal = _by_modes(look, tell) if series.verdict.is_wanting else None
+        return series if modal is None or modal.verdict.is_wanting else modal  # by halves, every sample knows better
     modal = _by_modes(look, tell)
     return (
         modal

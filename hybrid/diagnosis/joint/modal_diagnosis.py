@@ -17,14 +17,15 @@ from fe_models.linear import LinearModel
 from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
+from hybrid.diagnosis.discrepancy.law_search import LawSearch, share_usual
+from hybrid.diagnosis.discrepancy.laws_in_recordings import EVEN, laws_in, may_have_laws
 from hybrid.diagnosis.joint.change_gains import gains_of
 from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
 from hybrid.diagnosis.joint.forecasts import FoundMotion
 from hybrid.diagnosis.joint.found import found_beside, found_by_modes, found_instead
 from hybrid.diagnosis.joint.look import Look, look_at, rebased
 from hybrid.diagnosis.joint.modes_less_law import measured_less_law
+from hybrid.diagnosis.joint.unsure_modes import refitted_beside
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -101,13 +102,28 @@ def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None
         return known.claims, None, motion
     laws = laws_in(dataset, drawn, (known.measured, known.null), found.track, known.search.log_odds(best.claim))
     if laws.named is None:
-        return known.claims, laws, motion
+        return _beside_unknown(look, known, laws, motion)
     if not laws.replaces_causes:
         return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
     linear = measured_less_law(dataset, laws, known.measured)
     again = _searched(*rebased(dataset, *_refitted(linear, look.drawn)), lambda _: None)
     instead = found_instead(dataset, again.measured, again.fits[0], laws.named)
     return again.claims, laws, motion if instead is None else FoundMotion.of(dataset, drawn, instead)
+
+
+def _beside_unknown(
+    look: Look, known: _Searched, laws: LawSearch, motion: FoundMotion
+) -> tuple[Claims, LawSearch, FoundMotion]:
+    """Return the claims, and the motion by the best of them, as something that no law on the list is moves the modes;
+    what there was, where nothing does.
+    """
+    left = motion.found.track.discrepancy
+    if share_usual(left.whole) >= EVEN:
+        return known.claims, laws, motion
+    unsure, fits = refitted_beside(left, known.measured, known.search, known.fits)
+    claims = Claims(unsure, fits, probabilities(known.search, fits))
+    found = found_by_modes(look.dataset, unsure, fits[0])
+    return claims, laws, motion if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
 
 
 def _refitted(measured: Measured, known: ModalFit) -> tuple[Measured, ModalFit]:

@@ -104,6 +104,7 @@ class ConclusionConfig:
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
     worth_a_note: float = 3.0  # times what was stated
+    refitted: int = 8  # claims that are held against modes that something unknown moves, too
     # times a frequency's usual error, which identification leaves and recordings vary by: no right one is so far off
     doubted_sigma: float = 4.0
 
