@@ -9,10 +9,11 @@ from scipy.signal import lsim
 
 from benchmarks.blind.cases import default_words
 from benchmarks.blind.judging import judge
-from benchmarks.blind_cases import BlindCase, BlindConfig, Excitation, blind_case, save_case
+from benchmarks.blind_cases import OUTSIDE, BlindCase, BlindConfig, Excitation, blind_case, save_case
 from benchmarks.blind_cases.ambient import UnknownForces, ambient_motion
 from benchmarks.blind_cases.chain_motion import driven
 from benchmarks.blind_cases.far import TrueFactor
+from benchmarks.blind_cases.kinds import kinds_of
 from benchmarks.blind_cases.known_forces import MARGIN, Driving, drawn_driving
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
@@ -148,6 +149,14 @@ def test_wind_and_traffic_on_the_bridge() -> None:
     assert recordings(case).shape == (1, 2001, 8)
     assert case.dataset.lowpass == 30.0
     assert np.all(recordings(case).std(axis=(0, 1)) > 0)
+
+
+@pytest.mark.parametrize("kind", kinds_of("four_dof", "free") + OUTSIDE)
+def test_every_kind_is_simulated_in_the_chain(kind: str) -> None:
+    config = BlindConfig(kinds=(kind,), size=1.0, train=1, test=0, duration=5.0)
+    case = blind_case(5, config)
+    assert [cause.kind for cause in case.truth] + list(case.outside) == [kind]
+    assert np.isfinite(case.dataset.recordings[0].data).all()
 
 
 def test_what_each_excitation_may_hide() -> None:

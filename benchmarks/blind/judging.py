@@ -63,7 +63,7 @@ class Judgement:
         """
         if self.verdict is Verdict.NOTHING_WRONG:
             return bool(self.truth) and self.over_floor <= 1 + MATERIAL
-        beside = bool(self.named) and set(self.named) < set(self.truth)
+        beside = set(self.named) < set(self.truth)  # also of nothing beside groups that are off
         return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + BESIDE
 
 

@@ -19,7 +19,7 @@ def refitted_beside(
     """Return what was measured, as sure as motions with a discrepancy that is ``left`` tell it, and the best of the
     ``fits`` anew, with those less one of the first's causes, most probable first.
     """
-    unsure = replace(measured, recordings=tuple(_unsure(own, left.size) for own in measured.recordings))
+    unsure = replace(measured, recordings=tuple(strayed(own, left.size) for own in measured.recordings))
     best = fits[0]
     less = [
         (best.claim.less(number), best.theta[best.claim.hypothesis.parameters_of((number,))], best)
@@ -33,9 +33,11 @@ def refitted_beside(
     return unsure, search.ranked([item for item in found if item is not None]) or list(fits)
 
 
-def _unsure(own: MeasuredModes, size: float) -> MeasuredModes:
-    """Return modes whose amplitudes stray by a ``size`` of themselves a radian, as in a random walk: of the 1 / ratio
-    radians that a mode lives, root and frequency are known to the size over the square root of these.
+def strayed(own: MeasuredModes, size: float) -> MeasuredModes:
+    """Return modes as sure as they are known where their amplitudes stray by a ``size`` of themselves a radian.
+
+    As in a random walk: from the 1 / ratio radians that a mode lives its frequency, of itself, and its damping ratio
+    are known to within the size over their square root.
     """
     covariance, variance = own.covariance.copy(), size**2 * np.maximum(own.ratios, 0.0)
     for place in range(2):  # log frequency, ratio
