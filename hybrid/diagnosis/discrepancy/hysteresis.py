@@ -42,8 +42,9 @@ class Hysteresis:
         pull, where it is not given.
         """
         reach = self.spring.reach
-        begun = float(self.spring.pulled_to(u[0])) if first is None else first
-        y, kept, follows = _follow(u / reach, begun / reach, *self.curve, self.spring.sharpness)
+        x = u / reach
+        begun = np.sign(x[0]) * _after(abs(x[0]), *self.curve) if first is None else first / reach
+        y, kept, follows = _follow(x, begun, *self.curve, self.spring.sharpness)
         return Course(reach * y, kept, follows)
 
 

@@ -27,6 +27,8 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 
+EVEN = 0.5  # of two probabilities
+
 
 @dataclass(frozen=True, eq=False)
 class LawSearch:
@@ -89,10 +91,16 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
         fits += more
         if not more or max(map(score, more)) <= score(best):
             break
-    best_fits = sorted(fits, key=lambda fit: -score(fit))[: LAW_FIT.settled]
-    moved = parallel_map(lambda fit: settled_law(fit_law(item, nominal, fit.candidate, fit.theta), nominal), best_fits)
-    kept = {fit.candidate.key for fit in best_fits}
-    return _concluded(item, nominal, [*moved, *(fit for fit in fits if fit.candidate.key not in kept)], odds)
+    ranked = sorted(fits, key=lambda fit: -score(fit))
+    near = ranked[:1] + [fit for fit in ranked[1 : LAW_FIT.settled] if not _is_beaten(fit, ranked[0])]
+    moved = parallel_map(lambda fit: settled_law(fit_law(item, nominal, fit.candidate, fit.theta), nominal), near)
+    return _concluded(item, nominal, [*moved, *ranked[len(near) :]], odds)
+
+
+def _is_beaten(fit: LawFit, best: LawFit) -> bool:
+    """Return whether a law leaves more than a right model does where the best leaves no more."""
+    own, least = (share_usual(item.track.discrepancy.whole) for item in (fit, best))
+    return own < EVEN <= least
 
 
 def _unlike(item: Track, laws: Sequence[LawCandidate]) -> list[LawCandidate]:

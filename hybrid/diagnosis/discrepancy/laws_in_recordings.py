@@ -8,7 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import fit_law, force_along, settled_law
-from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws, share_usual
+from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, search_laws, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.size import Discrepancy
@@ -116,9 +116,6 @@ def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:
         return replace(recording, data=data)
 
     return replace(dataset, recordings=tuple(less(recording) for recording in dataset.recordings))
-
-
-EVEN = 0.5
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,8 @@ from fe_models.linear import LinearModel
 from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.discrepancy.law_search import LawSearch, share_usual
-from hybrid.diagnosis.discrepancy.laws_in_recordings import EVEN, laws_in, may_have_laws
+from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, share_usual
+from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
 from hybrid.diagnosis.joint.change_gains import gains_of
 from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
 from hybrid.diagnosis.joint.forecasts import FoundMotion

@@ -5,8 +5,9 @@ is a normal one of kappa times that variance, 1 / kappa distributed as chi squar
 frequency, damping ratio and shape apart. The likeliest kappa of one or more is taken, given all other rows.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
-from scipy.linalg import eigh
 
 from fe_models.arrays import FloatArray, IntArray
 from hybrid.diagnosis.modal.config import OUTLYING
@@ -34,23 +35,30 @@ def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pai
     varies = rows.by_row(sizes, "_varies") / rows.inflation
     own = rows.noise + np.diag(varies**2)
     each = np.split(np.arange(len(residual)), len(pairs))
-    found = {}
-    for block, recording, mode in zip(each, pairs.recording.tolist(), pairs.measured.tolist(), strict=True):
-        parts = [block[rows.quantity[block] == 0], block[rows.quantity[block] == 1], block[rows.quantity[block] > 1]]
-        factors = [_factor(inverse, along, own, rows.inflation, part) for part in parts]
-        found[recording, mode] = (factors[0], factors[1], factors[2])
+    parts = [block[rows.quantity[block] == kind] for block in each for kind in (0, 1)]
+    parts += [block[rows.quantity[block] > 1] for block in each]
+    factors = _factors(inverse, along, own, rows.inflation, parts)
+    apart, shapes = factors[: 2 * len(each)].reshape(-1, 2).tolist(), factors[2 * len(each) :].tolist()
+    places = zip(pairs.recording.tolist(), pairs.measured.tolist(), strict=True)
+    return {place: (*two, one) for place, two, one in zip(places, apart, shapes, strict=True)}
+
+
+def _factors(
+    inverse: FloatArray, along: FloatArray, own: FloatArray, inflation: FloatArray, parts: Sequence[IntArray]
+) -> FloatArray:
+    """Return the likeliest square root of kappa (part,) of each of some ``parts`` of the rows, all others given."""
+    sizes, found = np.array([len(part) for part in parts]), np.ones(len(parts))
+    for size in set(sizes[sizes > 0].tolist()):
+        chosen = np.flatnonzero(sizes == size)
+        rows = np.array([parts[number] for number in chosen])
+        square = rows[:, :, None], rows[:, None, :]
+        given = np.linalg.inv(inverse[square])  # covariance of these rows, given all others
+        others = given - inflation[rows[:, :1, None]] ** 2 * own[square]
+        white = np.linalg.inv(np.linalg.cholesky(own[square]))
+        back = white.swapaxes(1, 2)
+        variances, vectors = np.linalg.eigh(white @ others @ back)  # own errors are independent and of variance 1
+        left = (vectors.swapaxes(1, 2) @ white @ given @ along[rows][..., None])[..., 0]
+        total = TRIED[:, None, None] + np.maximum(variances, 0.0)
+        density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=2) + log_prior_of(TRIED)[:, None]
+        found[chosen] = np.sqrt(TRIED[np.argmax(density, axis=0)])
     return found
-
-
-def _factor(inverse: FloatArray, along: FloatArray, own: FloatArray, inflation: FloatArray, part: IntArray) -> float:
-    """Return the likeliest square root of kappa of some rows, all others given."""
-    if not len(part):
-        return 1.0
-    square = np.ix_(part, part)
-    given = np.asarray(np.linalg.inv(inverse[square]), dtype=np.float64)  # covariance of these rows, given all others
-    others = given - inflation[part[0]] ** 2 * own[square]
-    variances, vectors = eigh(others, own[square])  # in which own errors are independent and of variance 1
-    left = vectors.T @ (given @ along[part])
-    total = TRIED[:, None] + np.maximum(variances, 0.0)
-    density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=1) + log_prior_of(TRIED)
-    return float(np.sqrt(TRIED[np.argmax(density)]))
