@@ -20,7 +20,7 @@ from benchmarks.blind.rates import Share
 from benchmarks.blind_cases import BlindConfig, Excitation
 from benchmarks.certificate import door
 from benchmarks.certificate import run as running
-from benchmarks.certificate.code import Code, code_of
+from benchmarks.certificate.code import INSTALLED, Code, code_of
 from benchmarks.certificate.counts import Certificate, certificate, content
 from benchmarks.certificate.page import page
 from benchmarks.certificate.plan import COLUMNS, Column, interleaved
@@ -219,6 +219,8 @@ def test_changes_of_the_product_are_seen_and_others_are_not(tmp_path: Path) -> N
     committed = Code(git(tmp_path, "rev-parse", "HEAD"))
     assert code_of(tmp_path) == committed
     (tmp_path / "notes.md").write_text("a page that a certificate writes\n")
+    (tmp_path / INSTALLED).parent.mkdir(parents=True)
+    (tmp_path / INSTALLED).write_text("numbers that a certificate writes\n")
     assert code_of(tmp_path) == committed
     (tmp_path / "hybrid" / "new.py").write_text("two = 2\n")
     added = code_of(tmp_path).changes
@@ -295,6 +297,8 @@ def test_the_numbers_are_there_for_programs(monkeypatch: pytest.MonkeyPatch) -> 
     assert exact["right_by_hidden"]["cubic_spring"]["hits"] == 1
     assert [item["right"]["hits"] for item in exact["calibration_by_named"]["added_mass"]] == [0]
     assert exact["verdicts"] == {"nothing_wrong": 1, "explained": 2}
+    right = {verdict: own["hits"] for verdict, own in exact["right_by_verdict"].items()}
+    assert right == {"nothing_wrong": 1, "explained": 1}  # one is too weak to matter, one mass is a wrong name
     assert exact["failures"] == {"MemoryError": 1}
 
 
@@ -352,6 +356,7 @@ def test_the_command_out_of_time_says_how_to_go_on(quick_door: Path) -> None:
     assert ran.exit_code == 0, ran.output
     assert "0 of 6 cases so far; the same command goes on from there" in ran.output
     assert "Not complete: 0 of 6" in (quick_door / "certificate.md").read_text()
+    assert json.loads((quick_door.parent / INSTALLED).read_text())["commit"] == CODE.commit
     assert Path("mine/run.json").is_file()
 
 

@@ -17,6 +17,7 @@ import pytest
 from PIL import Image
 
 from hybrid.config import Config
+from hybrid.diagnosis.track_record import trust
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.report.comparison_page import Shown, comparison_page
 from hybrid.report.diagnosis_page import diagnosis_page
@@ -26,6 +27,7 @@ from hybrid.report.training_page import training_page
 from tests.browser import needs_browser, opened, printed
 from tests.pages import SOURCE, answer_by_modes, chain_dataset, found_in
 from tests.test_report_training import data_of_training, trained
+from tests.test_track_record import KNOWN
 
 LAYOUTS = Path(__file__).with_name("page_layouts.json")
 ACROSS = 0.03  # of the window: how far a box may move sideways, or grow, where a font is wider
@@ -85,12 +87,15 @@ pytestmark = [pytest.mark.slow, needs_browser]
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """A page of each kind."""
+    """A page of each kind; a diagnosis' badge is of numbers that stay."""
     data = chain_dataset()
     found = answer_by_modes(data, found_in(data))
     compared = Shown(data, data, compare_recordings(data), None)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(trust, "certified", lambda: KNOWN)
+        diagnosed = diagnosis_page(found, data, seen_in(data, found), SOURCE)
     return {
-        "diagnosis": rendered(diagnosis_page(found, data, seen_in(data, found), SOURCE)),
+        "diagnosis": rendered(diagnosed),
         "comparison": rendered(comparison_page(compared, SOURCE)),
         "training": rendered(training_page(data_of_training(), Config(), trained(), SOURCE)),
     }

@@ -15,6 +15,8 @@ from fe_models.files.structure_file import load_structure
 from hybrid.diagnosis import report_files
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.report_files import add_gain, save_diagnosis
+from hybrid.diagnosis.track_record.certified import Share
+from hybrid.diagnosis.track_record.trust import Trust
 from hybrid.result_sets import EXTENDED, PICTURE, REPORT, SUMMARY, diagnosis_in
 from scripts.diagnose import app
 from tests.hybrid_problems import chain_dataset
@@ -99,6 +101,8 @@ def test_a_picture_that_fails_is_a_note_and_the_command_ends_well(
     """The exit status is 0 once a report is written."""
     monkeypatch.setattr("hybrid.diagnosis.diagnosis.diagnose", lambda data, advance: found)
     monkeypatch.setattr("hybrid.diagnosis.report.describe_diagnosis", lambda found, gain: "the answer")
+    trust = Trust(Share(9, 10, (0.6, 0.98)), "Nine of ten", "certificate")
+    monkeypatch.setattr("hybrid.diagnosis.track_record.trust.trust_in", lambda data, found: trust)
     monkeypatch.setattr(report_files, "draw_example", failing)
     dataset = save_dataset(chain_dataset(), tmp_path / "data", "four_dof")
     result = CliRunner().invoke(app, [str(dataset), "--out", str(tmp_path / "out")])

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.cases import BlindResult, Task
+from benchmarks.blind.judging import Judgement
 from benchmarks.blind.rates import Rate, Share, rates, share
 from benchmarks.blind.reliability import Bin, bins_of, calibration
 from benchmarks.certificate.code import Code
@@ -33,8 +34,8 @@ class ColumnCounts:
     """The numbers of a ``column``, of which ``done`` cases are there.
 
     ``hidden``: by what was hidden how many answers are right, of those cases that forecasts need. ``findings``: by the
-    kind that was named, the curve of calibration. ``verdicts``: how many reports end so. ``failures``: by the name of
-    the failure, cases without a report.
+    kind that was named, the curve of calibration. ``verdicts``: how many reports end so, and how many of them are right
+    to. ``failures``: by the name of the failure, cases without a report.
     """
 
     column: Column
@@ -43,7 +44,7 @@ class ColumnCounts:
     calibration: tuple[Bin, ...]
     hidden: Mapping[str, Share]
     findings: Mapping[str, tuple[Bin, ...]]
-    verdicts: Mapping[str, int]
+    verdicts: Mapping[str, Share]
     failures: Mapping[str, int]
     seconds: Seconds | None
 
@@ -96,7 +97,7 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
         tuple(calibration(results)),
         {word: _right(results, word) for word in dict.fromkeys(column.words)},
         _findings(results),
-        dict(Counter(report.verdict.value for report in reports)),
+        _verdicts(reports),
         dict(failures),
         _seconds([report.seconds for report in reports], LIMITS[column.structure]),
     )
@@ -104,6 +105,14 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
 
 def _right(results: Sequence[BlindResult], word: str) -> Share:
     return share(r.judgement.first for r in results if r.task.hidden == word and not r.judgement.is_immaterial)
+
+
+def _verdicts(reports: Sequence[Judgement]) -> dict[str, Share]:
+    """Return how many reports end so, and are right to: of causes too weak to matter, that nothing is wrong."""
+    marks: dict[str, list[bool]] = {}
+    for report in reports:
+        marks.setdefault(report.verdict.value, []).append(report.first or report.is_immaterial)
+    return {verdict: share(own) for verdict, own in marks.items()}
 
 
 def _findings(results: Sequence[BlindResult]) -> dict[str, tuple[Bin, ...]]:
@@ -148,7 +157,8 @@ def _column_content(own: ColumnCounts) -> dict[str, Any]:
         "calibration": [item.as_json() for item in own.calibration],
         "right_by_hidden": {word: right.as_json() for word, right in own.hidden.items()},
         "calibration_by_named": {kind: [item.as_json() for item in bins] for kind, bins in own.findings.items()},
-        "verdicts": own.verdicts,
+        "verdicts": {verdict: right.count for verdict, right in own.verdicts.items()},
+        "right_by_verdict": {verdict: right.as_json() for verdict, right in own.verdicts.items()},
         "failures": own.failures,
         "seconds": None if own.seconds is None else asdict(own.seconds),
     }

@@ -4,12 +4,13 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from benchmarks.certificate.code import ROOT, Code, code_of
-from benchmarks.certificate.counts import Certificate
+from benchmarks.certificate.code import INSTALLED, ROOT, Code, code_of
+from benchmarks.certificate.counts import Certificate, content
 from benchmarks.certificate.page import rates_table, sections
 from benchmarks.certificate.plan import COLUMNS
 from benchmarks.certificate.run import run, write
 from fe_models.progress import progress_bar
+from hybrid.diagnosis.track_record.certified import install
 
 INTERRUPTED = 130  # the exit status of what the keyboard ended
 
@@ -20,7 +21,9 @@ def default_folder(code: Code) -> Path:
 
 
 def certify(out: Path | None, jobs: int, minutes: float | None, dirty: bool) -> Certificate:
-    """Do the cases that are missing, write ``docs/certificate.md`` and ``.json``, and print the rates."""
+    """Do the cases that are missing, write ``docs/certificate.md`` and ``.json`` and what reports are to say of them,
+    and print the rates.
+    """
     code = code_of()
     folder = out or default_folder(code)
     bars: list[Any] = []
@@ -41,6 +44,7 @@ def certify(out: Path | None, jobs: int, minutes: float | None, dirty: bool) -> 
         for bar in bars:
             bar.close()
     numbers, page = write(found, ROOT / "docs")
+    install(content(found), ROOT / INSTALLED)
     for title, columns in sections(found):
         print("\n".join([title, "", *rates_table(columns), ""]))
     if found.done < found.planned:

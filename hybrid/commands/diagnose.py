@@ -107,7 +107,7 @@ def _diagnose(dataset: Path, out: Path, options: "Options") -> None:
     done = diagnosed_file(dataset, out, options, words, read=print_notes, say=say)
     from hybrid.diagnosis.answer import answer_in_words
 
-    print(answer_in_words(done.found, done.gain))
+    print(f"{answer_in_words(done.found, done.gain)}\n{done.trust.line}")
     print(f"Results: {out}")
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.structure_file import save_structure
@@ -11,18 +12,22 @@ from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal_report import draw_modes
 from hybrid.diagnosis.observed.example import draw_example
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, save_extended_matrices
+from hybrid.diagnosis.track_record.trust import Trust
 from hybrid.result_sets import EXTENDED, EXTENDED_MATRICES, MODES, PICTURE, REPORT, SUMMARY, diagnosis_in
 
 
-def save_diagnosis(found: Answer, folder: Path) -> list[str]:
-    """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report."""
+def save_diagnosis(found: Answer, folder: Path, trust: Trust | None = None) -> list[str]:
+    """Replace the older diagnosis in ``folder``; return a note on each file that could not be made after the report.
+
+    ``trust``: how often answers like it were right, where that is to be told.
+    """
     makers: dict[str, Callable[[Path], object]] = {EXTENDED: lambda path: _save_extended(found, path)}
     example = found.example
     if example is not None:
         makers[PICTURE] = lambda path: draw_example(path, example)
     if isinstance(found, ModalDiagnosis):
         makers[MODES] = lambda path: draw_modes(path, found.modes)
-    return saved(folder, lambda new: _write_report(found, None, new), makers)
+    return saved(folder, lambda new: _write_report(found, None, trust, new), makers)
 
 
 def _save_extended(found: Answer, path: Path) -> None:
@@ -55,12 +60,18 @@ def saved(
     return notes
 
 
-def add_gain(found: Answer, gain: Gain, folder: Path) -> None:
+def add_gain(found: Answer, gain: Gain, folder: Path, trust: Trust | None = None) -> None:
     """Write the report in ``folder`` again, with what was learned on top."""
     with diagnosis_in(folder).adding() as new:
-        _write_report(found, gain, new)
+        _write_report(found, gain, trust, new)
 
 
-def _write_report(found: Answer, gain: Gain | None, folder: Path) -> None:
-    write_json(folder / REPORT, answer_table(found, gain))
-    write_text(folder / SUMMARY, answer_in_words(found, gain) + "\n")
+def report_content(found: Answer, gain: Gain | None, trust: Trust | None) -> dict[str, Any]:
+    """Return what ``report.json`` has."""
+    return answer_table(found, gain) | ({} if trust is None else {"track_record": trust.as_json()})
+
+
+def _write_report(found: Answer, gain: Gain | None, trust: Trust | None, folder: Path) -> None:
+    lines = [answer_in_words(found, gain)] + ([] if trust is None else [trust.line])
+    write_json(folder / REPORT, report_content(found, gain, trust))
+    write_text(folder / SUMMARY, "\n".join(lines) + "\n")

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from fe_models.recordings import Dataset
     from hybrid.diagnosis.answer import Answer
     from hybrid.diagnosis.learned.gain import Gain
+    from hybrid.diagnosis.track_record.trust import Trust
 
 HYBRID_OF_MATRICES = "a diagnosis of matrices trains no hybrid models; use hybrid-modal train"
 HYBRID_OF_MODES = "training needs recordings, and the dataset has only modes; leave it out"
@@ -31,10 +32,13 @@ class Options:
 
 @dataclass(frozen=True)
 class Diagnosed:
-    """What was ``found`` in a ``dataset``; ``gain``: what was learned on top, where it was."""
+    """What was ``found`` in a ``dataset``; ``trust``: how often answers like it were right; ``gain``: what was learned
+    on top, where it was.
+    """
 
     dataset: "Dataset"
     found: "Answer"
+    trust: "Trust"
     gain: "Gain | None"
 
 
@@ -65,17 +69,19 @@ def diagnosed_file(
         from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
         from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis
+        from hybrid.diagnosis.track_record.trust import trust_in
 
         found = diagnose_modes(data, begin) if options.modes else diagnosis.diagnose(data, begin)
-    say(save_diagnosis(found, out))  # now: the training below takes minutes
+    trust = trust_in(data, found)
+    say(save_diagnosis(found, out, trust))  # now: the training below takes minutes
     gain = _learned(data, found) if options.hybrid else None
     if gain is not None:
-        add_gain(found, gain, out)
+        add_gain(found, gain, out, trust)
     from hybrid.report.diagnosis_page import page_from_files
     from hybrid.report.page_files import save_page
 
     say(save_page(diagnosis_in(out), lambda: page_from_files(found, data, words, file, gain)))
-    return Diagnosed(data, found, gain)
+    return Diagnosed(data, found, trust, gain)
 
 
 def _dataset(file: Path, out: Path, options: Options) -> "Dataset":

@@ -9,12 +9,13 @@ from fe_models.files.atomic import write_text
 from fe_models.html import html_paragraph, html_table
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
-from hybrid.diagnosis.answer import Answer, answer_table, headline_of, summary_of
+from hybrid.diagnosis.answer import Answer, headline_of, summary_of
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import next_lines, rival_words
-from hybrid.diagnosis.report_files import save_diagnosis
+from hybrid.diagnosis.report_files import report_content, save_diagnosis
+from hybrid.diagnosis.track_record.trust import Trust, trust_in
 from hybrid.result_sets import diagnosis_in
 
 
@@ -45,6 +46,11 @@ class Report:
         """NRMSE of forecasts by the design, "baseline", and by the extended structure, measured and held-out."""
         return self.diagnosis.scores
 
+    @property
+    def trust(self) -> Trust:
+        """How often answers like this one were right in the certificate."""
+        return trust_in(self.dataset, self.diagnosis)
+
     def __repr__(self) -> str:
         return summary_of(self.diagnosis)
 
@@ -65,7 +71,7 @@ class Report:
         `InputError` where that would write over a file of yours; a warning where all but the report failed.
         """
         diagnosis_in(Path(folder)).check()
-        for note in save_diagnosis(self.diagnosis, Path(folder)):
+        for note in save_diagnosis(self.diagnosis, Path(folder), self.trust):
             warnings.warn(note, stacklevel=2)
         return Path(folder)
 
@@ -83,7 +89,7 @@ class Report:
 
     def table(self) -> dict[str, Any]:
         """Return the report as plain data, as ``report.json`` of the command has it."""
-        return answer_table(self.diagnosis)
+        return report_content(self.diagnosis, None, self.trust)
 
     def _scores(self) -> list[tuple[str, dict[str, float | None]]]:
         before, after = self.scores["baseline"], self.scores["extended"]

@@ -7,8 +7,10 @@ from fe_models.linear import LinearModel
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.learned.gain import Gain
+from hybrid.diagnosis.track_record.trust import trust_in
 from hybrid.report.answer import facts_of, next_steps, sentence_of, summary_of, verdict_of
 from hybrid.report.assumed_section import what_was_assumed
+from hybrid.report.badge import badge_of
 from hybrid.report.evidence_section import why_believe_it
 from hybrid.report.forecast_section import how_much_better
 from hybrid.report.page import Page
@@ -45,6 +47,7 @@ def diagnosis_page(
         next=next_steps(found),
         sections=sections,
         footer=written_by(provenance),
+        badge=badge_of(trust_in(dataset, found)),
     )
 
 

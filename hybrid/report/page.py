@@ -105,10 +105,23 @@ class Section:
 
 
 @dataclass(frozen=True)
+class Badge:
+    """How far an answer may be trusted: a ``rate`` under a ``title``, its ``interval``, a ``sentence``, and a ``note``
+    on where that is from.
+    """
+
+    title: str
+    rate: str
+    interval: str
+    sentence: str
+    note: str
+
+
+@dataclass(frozen=True)
 class Page:
     """A page: its ``title``; the answer, in a ``sentence`` under a ``verdict`` in a word or two, with a ``tone``;
-    a ``summary`` of what that amounts to; ``facts`` beside it, each a name and a value; what to do ``next``; then the
-    ``sections``.
+    a ``summary`` of what that amounts to; ``facts`` beside it, each a name and a value; a ``badge``, where something is
+    known of the like; what to do ``next``; then the ``sections``.
     """
 
     title: str
@@ -120,3 +133,4 @@ class Page:
     next: tuple[str, ...]
     sections: tuple[Section, ...]
     footer: str
+    badge: Badge | None = None
