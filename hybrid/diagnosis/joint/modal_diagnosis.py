@@ -25,7 +25,7 @@ from hybrid.diagnosis.joint.forecasts import FoundMotion
 from hybrid.diagnosis.joint.found import found_beside, found_by_modes, found_instead
 from hybrid.diagnosis.joint.look import Look, look_at, rebased
 from hybrid.diagnosis.joint.modes_less_law import measured_less_law
-from hybrid.diagnosis.joint.unsure_modes import refitted_beside
+from hybrid.diagnosis.joint.unsure_modes import ranked_beside
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -120,9 +120,11 @@ def _beside_unknown(
     left = motion.found.track.discrepancy
     if share_usual(left.whole) >= EVEN:
         return known.claims, laws, motion
-    unsure, fits = refitted_beside(left, known.measured, known.search, known.fits)
-    claims = Claims(unsure, fits, probabilities(known.search, fits))
-    found = found_by_modes(look.dataset, unsure, fits[0])
+    fits, probability = ranked_beside(left, known.measured, known.search, known.fits)
+    claims = Claims(known.measured, fits, probability)
+    if fits[0] is known.fits[0]:
+        return claims, laws, motion
+    found = found_by_modes(look.dataset, known.measured, fits[0])
     return claims, laws, motion if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
 
 

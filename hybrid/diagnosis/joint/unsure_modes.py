@@ -5,32 +5,40 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.modal.search import Search, probabilities
 
 
-def refitted_beside(
+def ranked_beside(
     left: Discrepancy, measured: Measured, search: Search, fits: Sequence[ModalFit]
-) -> tuple[Measured, list[ModalFit]]:
-    """Return what was measured, as sure as motions with a discrepancy that is ``left`` tell it, and the best of the
-    ``fits`` anew, with those less one of the first's causes, most probable first.
+) -> tuple[list[ModalFit], FloatArray]:
+    """Return the best of the ``fits``, and those less one of the first's causes, most probable first, and how probable
+    each claim is (fit,) where modes are as sure as motions tell them with a discrepancy that is ``left``.
     """
     unsure = replace(measured, recordings=tuple(strayed(own, left.size) for own in measured.recordings))
     best = fits[0]
     less = [
-        (best.claim.less(number), best.theta[best.claim.hypothesis.parameters_of((number,))], best)
+        fit_claim(
+            measured,
+            best.claim.less(number),
+            best.theta[best.claim.hypothesis.parameters_of((number,))],
+            best.sizes,
+            inflation=best.inflation,
+        )
         for number in range(len(best.claim.acts))
     ]
-    tried = [(item.claim, item.theta, item) for item in fits[: CONCLUSION.refitted]] + less
-    found = [
-        fit_claim(unsure, claim, theta, item.sizes, inflation=item.inflation)
-        for claim, theta, item in {claim.key: (claim, theta, item) for claim, theta, item in reversed(tried)}.values()
-    ]
-    return unsure, search.ranked([item for item in found if item is not None]) or list(fits)
+    kept = search.ranked([*fits[: CONCLUSION.refitted], *(item for item in less if item is not None)])
+    again = [fit_claim(unsure, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in kept]
+    both = [(item, new) for item, new in zip(kept, again, strict=True) if new is not None]
+    if not both:
+        return list(fits), probabilities(search, fits)
+    both.sort(key=lambda pair: -search.score(pair[1]))
+    return [item for item, _ in both], probabilities(search, [new for _, new in both])
 
 
 def strayed(own: MeasuredModes, size: float) -> MeasuredModes:

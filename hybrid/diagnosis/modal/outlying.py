@@ -48,9 +48,9 @@ def _factors(
 ) -> FloatArray:
     """Return the likeliest square root of kappa (part,) of each of some ``parts`` of the rows, all others given."""
     sizes, found = np.array([len(part) for part in parts]), np.ones(len(parts))
-    for size in set(sizes[sizes > 0].tolist()):
+    for size in sorted(set(sizes[sizes > 0].tolist())):
         chosen = np.flatnonzero(sizes == size)
-        rows = np.array([parts[number] for number in chosen])
+        rows: IntArray = np.array([parts[number] for number in chosen.tolist()])
         square = rows[:, :, None], rows[:, None, :]
         given = np.linalg.inv(inverse[square])  # covariance of these rows, given all others
         others = given - inflation[rows[:, :1, None]] ** 2 * own[square]
