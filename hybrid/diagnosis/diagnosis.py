@@ -19,7 +19,7 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.look import Look, look_at
-from hybrid.diagnosis.joint.modal_diagnosis import diagnosed
+from hybrid.diagnosis.joint.modal_diagnosis import diagnosed, diagnosed_of_one_structure
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.series_diagnosis import diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
@@ -55,7 +55,9 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
         series = _seen_in(look, _by_series(dataset, tell, LOOKED))
-        modal = _by_modes(look, tell) if series.verdict.is_wanting else None
+        if not series.verdict.is_wanting:
+            return series
+        modal = _by_modes(look, tell) if look.differs else diagnosed_of_one_structure(look, tell)
         return series if modal is None or modal.verdict.is_wanting else modal  # by halves, every sample knows better
     modal = _by_modes(look, tell)
     return (

@@ -36,8 +36,8 @@ class LawFitConfig:
     converged_nats: float = 0.05  # a step that gains less changes no answer
     rounds: int = 16  # motion and parameters in turn, ...
     first_rounds: int = 4  # ... and after how many of them laws are compared
-    # samples, times modes and sensors, that laws are sought in: a minute's work; more where one is named
-    most_values: float = 5e5
+    # samples, times modes and sensors, that laws are sought in: half a minute's work; more where one is named
+    most_values: float = 2e5
     easing: float = 0.5  # of how much of the new motion is taken, where a round fails, ...
     least_share: float = 0.05  # ... until so little is taken that nothing more is to be had
     shrinking: tuple[float, ...] = (0.3, 0.6, 1.0)  # of the discrepancy's size, from one round to the next

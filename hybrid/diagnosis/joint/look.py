@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.stats import norm
@@ -40,15 +41,15 @@ class Look:
     @property
     def is_near(self) -> bool:
         """Whether the structure may be as right as was stated, but for one place, and the same in all recordings."""
-        return not self.is_far and not self._differ
+        return not self.is_far and not self.differs
 
     @property
     def is_far(self) -> bool:
         """Whether the structure is off in more than one place by more than was stated."""
         return len(surely_off(self.measured, self.drawn)) >= DOOR.far_groups
 
-    @property
-    def _differ(self) -> bool:
+    @cached_property
+    def differs(self) -> bool:
         """Whether an unknown change in some recordings is more probable than none."""
         search = Search.of(self.measured, ())
         return search.run_changes(self.drawn)[0].claim.changed != ()

@@ -50,13 +50,35 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
     """Return the diagnosis of a dataset that was looked at."""
     with threadpool_limits(THREADS.linear_algebra, "blas"):
-        by_modes = _searched(*rebased(look.dataset, look.measured, look.drawn), tell)
-        tell("force laws")
-        claims, laws, motion = _with_motion(look, by_modes)
-        tell("forecasts by modes")
-        if motion is not None and motion.found.law is None:  # a law would have to be taken along
-            claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
-        answer = concluded(claims, laws, motion)
+        return _answer(look, _of(*rebased(look.dataset, look.measured, look.drawn)).searched(tell), tell)
+
+
+def diagnosed_of_one_structure(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis | None:
+    """Return what modes and motion add where all series together leave something open, and recordings are of one
+    structure: None where they add nothing.
+
+    Where its motion is not that of constant values, in no recording, no linear cause makes it so: a law alone may.
+    """
+    with threadpool_limits(THREADS.linear_algebra, "blas"):
+        bare = _of(*rebased(look.dataset, look.measured, look.drawn))
+        found = found_by_modes(look.dataset, bare.measured, bare.null)
+        if found is None or share_usual(found.track.discrepancy.whole) >= EVEN:
+            return _answer(look, bare.searched(tell), tell)
+        known, laws, motion = _with_motion(look, bare)
+        return None if laws is None or laws.named is None else _concluded(look, bare, (known, laws, motion), tell)
+
+
+def _answer(look: Look, by_modes: "_Searched", tell: Callable[[str], object]) -> ModalDiagnosis:
+    tell("force laws")
+    return _concluded(look, by_modes, _with_motion(look, by_modes), tell)
+
+
+def _concluded(look: Look, by_modes: "_Searched", told: "_Told", tell: Callable[[str], object]) -> ModalDiagnosis:
+    claims, laws, motion = told
+    tell("forecasts by modes")
+    if motion is not None and motion.found.law is None:  # a law would have to be taken along
+        claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
+    answer = concluded(claims, laws, motion)
     names = ", ".join(look.ambient)
     about = (UNKNOWN_FORCES.format(names=names),) if names else ()
     kinds = {own.kind for own in by_modes.search.candidates} | (by_modes.laws if laws is not None else set())
@@ -75,21 +97,27 @@ class _Searched:
     fits: list[ModalFit]
     laws: frozenset[str]
 
+    def searched(self, tell: Callable[[str], object]) -> "_Searched":
+        """Return the same with the fits of all that was tried."""
+        return replace(self, fits=self.search.run(self.null, tell))
+
     @property
     def claims(self) -> Claims:
         """The claims with their probabilities."""
         return Claims(self.measured, self.fits, probabilities(self.search, self.fits))
 
 
-def _searched(measured: Measured, null: ModalFit, tell: Callable[[str], object]) -> _Searched:
-    """Return the search for causes that modes tell."""
+def _of(measured: Measured, null: ModalFit) -> _Searched:
+    """Return the search for causes that modes tell, before it is made."""
     candidates = _candidates(measured)
     laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
-    search = Search.of(measured, candidates)
-    return _Searched(measured, null, search, search.run(null, tell), laws)
+    return _Searched(measured, null, Search.of(measured, candidates), [null], laws)
 
 
-def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None, FoundMotion | None]:
+_Told = tuple[Claims, LawSearch | None, FoundMotion | None]
+
+
+def _with_motion(look: Look, known: _Searched) -> _Told:
     """Return the claims, the search for force laws where the claims leave something of the motion, and the motion by
     what was found; None where motion tells no laws, or none was left to look for.
     """
@@ -106,7 +134,7 @@ def _with_motion(look: Look, known: _Searched) -> tuple[Claims, LawSearch | None
     if not laws.replaces_causes:
         return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
     linear = measured_less_law(dataset, laws, known.measured)
-    again = _searched(*rebased(dataset, *_refitted(linear, look.drawn)), lambda _: None)
+    again = _of(*rebased(dataset, *_refitted(linear, look.drawn))).searched(lambda _: None)
     instead = found_instead(dataset, again.measured, again.fits[0], laws.named)
     return again.claims, laws, motion if instead is None else FoundMotion.of(dataset, drawn, instead)
 
