@@ -130,12 +130,14 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
     local = findings_of(measured, fits, probability, before, claims.gains)
     if after is not None:
         local = by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in local])
+    listed = 1.0  # probability that what moves in time is on the list
     if laws is not None and found is not None and found.law is not None:
-        local = (law_finding(measured, laws, found), *local)
+        listed = 1 - laws.other
+        local = (law_finding(measured, laws, found), *(_as_sure(finding, listed) for finding in local))
     groups = _groups_off(measured, best)
     widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
     return ModalDiagnosis(
-        verdict=_verdict(best, (*local, *groups), left, after),
+        verdict=_verdict(best, (*local, *groups), left, after, listed),
         findings=(*local, *groups),
         calibration=calibration_of(widened, theta, best.covariance),
         unexplained=left,
@@ -164,9 +166,15 @@ def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
     """Return a finding as sure as it may be where something that nobody knows changes all recordings, too: that moves
     modes as well, and whether it or the finding does is even. What differs between recordings it does not explain.
     """
-    if len(set(finding.recordings)) < recordings or after.usual == 1.0:
+    if len(set(finding.recordings)) < recordings:
         return finding
-    surely = 0.5 * (1 + after.usual)
+    return _as_sure(finding, 0.5 * (1 + after.usual))
+
+
+def _as_sure(finding: Finding, surely: float) -> Finding:
+    """Return a finding that is right only where something else is, of a probability ``surely``."""
+    if surely == 1.0:
+        return finding
     others = tuple(replace(item, probability=surely * item.probability) for item in finding.alternatives)
     own = surely * finding.probability
     rest = 1 - own - sum(item.probability for item in others if item.kind != NOT_ON_THE_LIST)
@@ -191,9 +199,10 @@ def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: Left | None) -> Verdict:
+def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: Left | None, listed: float) -> Verdict:
     """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is left
-    of the motion ``after`` all, which no law on the list explains where it is more than usual.
+    of the motion ``after`` all, which no law on the list explains where it is more than usual; by whether what moves in
+    time is surely one that is ``listed``.
     """
     unusual = best.sizes.frequency > CONCLUSION.worth_a_note * ErrorSizes().frequency
     strange = best.claim.changed or unusual or (after is not None and not after.is_usual)
@@ -203,7 +212,7 @@ def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: 
         return Verdict.UNEXPLAINED if left > CONCLUSION.max_left_of_part else Verdict.PARTLY_EXPLAINED
     if after is not None and not after.is_usual:
         return Verdict.PARTLY_EXPLAINED
-    if best.claim.changed or left > CONCLUSION.max_left_of_explained:
+    if best.claim.changed or left > CONCLUSION.max_left_of_explained or listed < CONCLUSION.min_probability:
         return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
     return Verdict.EXPLAINED
 
