@@ -21,6 +21,7 @@ from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.look import Look, look_at
 from hybrid.diagnosis.joint.modal_diagnosis import diagnosed, diagnosed_of_one_structure
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.recorded.amount import limited
 from hybrid.diagnosis.series_diagnosis import diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
@@ -37,7 +38,9 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
         dataset.require_recordings("a diagnosis")
     require_mode_in_band(dataset)
     begun, tell = perf_counter(), advance or (lambda _: None)
-    return replace(_answer(dataset, tell), seconds=perf_counter() - begun)
+    dataset, notes = limited(dataset)
+    found = _answer(dataset, tell)
+    return replace(found, seconds=perf_counter() - begun, notes=(*notes, *found.notes))
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:

@@ -56,7 +56,7 @@ def diagnosed_file(
     ``words`` of the command that repeats it. ``read`` is given the dataset before the work, ``say`` notes on what could
     not be made. `InputError` carries all faults of the input.
     """
-    from fe_models.progress import stage_bar
+    from fe_models.progress import progress_bar, stage_bar
     from hybrid.diagnosis.stage_names import STAGE_NAMES
     from hybrid.result_sets import diagnosis_in
 
@@ -64,13 +64,14 @@ def diagnosed_file(
     read(data)
     if options.hybrid and not data.recordings:
         raise InputError(f"--hybrid: {HYBRID_OF_MODES}")
-    with stage_bar(STAGE_NAMES) as begin:
-        begin("loading")
+    with progress_bar("loading", 1):
         from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
         from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+        from hybrid.diagnosis.recorded.amount import before_it_begins
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis
         from hybrid.diagnosis.track_record.trust import trust_in
-
+    say(before_it_begins(data))
+    with stage_bar(STAGE_NAMES) as begin:
         found = diagnose_modes(data, begin) if options.modes else diagnosis.diagnose(data, begin)
     trust = trust_in(data, found)
     say(save_diagnosis(found, out, trust))  # now: the training below takes minutes

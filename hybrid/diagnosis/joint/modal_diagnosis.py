@@ -30,6 +30,7 @@ from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.recorded.amount import limited
 
 UNKNOWN_FORCES = (
     "unknown forces, as of wind and traffic, drove {names}: no force law was looked for, and shapes have no scale, so"
@@ -44,7 +45,9 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
     """
     require_mode_in_band(dataset)
     begun, tell = perf_counter(), advance or (lambda _: None)
-    return replace(diagnosed(look_at(dataset, tell), tell), seconds=perf_counter() - begun)
+    dataset, notes = limited(dataset)
+    found = diagnosed(look_at(dataset, tell), tell)
+    return replace(found, seconds=perf_counter() - begun, notes=(*notes, *found.notes))
 
 
 def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:

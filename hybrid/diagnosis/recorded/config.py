@@ -4,6 +4,20 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
+class AmountConfig:
+    """How much of long recordings a diagnosis goes by."""
+
+    # of the measured sensors, of recordings for training and of those for testing: minutes, and less than 3 GB
+    most_values: int = 400_000
+    least_samples: int = 25_000  # whatever the number of sensors: a usual measurement is used whole
+    shortest: int = 5_000  # samples that a motion is cut to at least: those of a usual recording
+    program_gb: float = 0.3  # the program with its libraries
+    sample_gb: float = 2.4e-5  # of a sample for training: what may be an offset is told by block Hankel matrices ...
+    value_gb: float = 3e-6  # ... and of a value: fits beside a force law, two at a time
+    trifle_gb: float = 1.0  # what any machine has
+
+
+@dataclass(frozen=True)
 class UnitCheckConfig:
     """Motions that are perhaps in another unit."""
 
@@ -135,6 +149,7 @@ class SpectraConfig:
     line_width: float = 1.5  # of a recording's resolution: how far from its place a line may be
 
 
+AMOUNT = AmountConfig()
 UNIT_CHECK = UnitCheckConfig()
 CHANNEL_FAULTS = ChannelFaultConfig()
 MOTIONLESS = MotionlessConfig()
