@@ -132,8 +132,9 @@ def test_a_fresh_training_moves_a_damaged_state_aside_and_no_other_file(path: Pa
     state.write_bytes(turned)
     with pytest.raises(InputError, match="--fresh"):
         load_checkpoint(state)
-    require_own(state)
+    moved = require_own(state)
     assert [kept.read_bytes() for kept in tmp_path.iterdir()] == [turned]
+    assert [moved] == list(tmp_path.iterdir())
     assert not state.exists()
     state.write_text("a letter")
     with pytest.raises(InputError, match="is not a checkpoint"):

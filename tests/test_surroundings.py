@@ -14,7 +14,8 @@ from pathlib import Path
 import pytest
 
 from fe_models.errors import InputError, OutputError
-from fe_models.files.atomic import TEMPORARY, check_folder, write_text
+from fe_models.files.atomic import FORGOTTEN, MACHINE, TEMPORARY, check_folder, write_text
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.result_set import ResultSet
 from fe_models.files.run_guard import guarded, lock_folder, remember, remembered
 
@@ -113,6 +114,23 @@ def test_what_a_killed_run_left_goes_with_the_next(tmp_path: Path) -> None:
     results.check()
     assert [path.name for path in tmp_path.iterdir()] == [".my-notes-2026.txt"]
     assert not TEMPORARY.match(".my-notes-2026.txt")
+
+
+def test_what_another_machine_writes_on_a_shared_disk_stays(tmp_path: Path) -> None:
+    """Its processes are not known here; what it has not touched for a day was left."""
+    other = f"{int(MACHINE, 16) ^ 1:04x}"
+    fresh, old = (tmp_path / f".{name}-999999999-{other}0123.npz" for name in ("fresh", "old"))
+    folders = [tmp_path / f".new-train-{machine}0123" for machine in (other, MACHINE)]
+    for path in (fresh, old):
+        path.write_text("half")
+    for folder in folders:
+        folder.mkdir()
+    os.utime(old, (time.time() - 1.1 * FORGOTTEN,) * 2)
+    results = ResultSet(tmp_path, "train", ("a.txt",))
+    results.check()
+    with results.replacing() as new:
+        write_text(new / "a.txt", "whole")
+    assert {path.name for path in tmp_path.iterdir()} == {fresh.name, folders[0].name, "a.txt", LIST_FILE}
 
 
 def test_two_runs_do_not_write_into_one_folder(tmp_path: Path) -> None:

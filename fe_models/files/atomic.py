@@ -3,9 +3,12 @@
 Whatever interrupts the writing, the target holds either its old content or all of the new.
 """
 
+import hashlib
 import json
 import os
+import platform
 import re
+import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from errno import ENAMETOOLONG
@@ -20,8 +23,11 @@ from numpy.typing import ArrayLike
 
 from fe_models.errors import InputError, OutputError
 
-TEMPORARY = re.compile(r"\..+-(\d{1,10})-[0-9a-f]{8}(\.\w+)?$")
-"""Names of the files that `writing` gives: the process that writes them is in them."""
+MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:4]
+"""This machine in names of temporary files: others may write into a folder on a shared disk, too."""
+TEMPORARY = re.compile(r"\..+-(\d{1,10})-([0-9a-f]{4})[0-9a-f]{4}(\.\w+)?$")
+"""Names of the files that `writing` gives: the process that writes them is in them, and its machine."""
+FORGOTTEN = 86_400.0  # s: what another machine has not touched for so long, no run of it is at
 LONGEST_NAME = "x" * 48  # of a file among results, a temporary one
 
 
@@ -32,7 +38,7 @@ def writing(path: Path) -> Iterator[Path]:
     The temporary path has the suffix of ``path``, from which figure and animation writers take the format. Folders are
     made as needed. Raises `InputError` where ``path`` cannot be written.
     """
-    temporary = path.with_name(f".{path.stem}-{os.getpid()}-{token_hex(4)}{path.suffix}")
+    temporary = path.with_name(f".{path.stem}-{os.getpid()}-{own_token()}{path.suffix}")
     if path.is_dir():
         raise InputError(f"{path}: is a folder; give the name of a file to write")
     try:
@@ -52,13 +58,23 @@ def writing(path: Path) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def own_token() -> str:
+    """Return eight letters for the name of a temporary file or folder: the first four are this `MACHINE`."""
+    return MACHINE + token_hex(2)
+
+
 def remove_left(folder: Path) -> None:
     """Remove from ``folder`` the temporary files of runs that were killed while they wrote."""
     for path in folder.glob(".*-*-*") if folder.is_dir() else ():
         left = TEMPORARY.match(path.name)
-        if left and not _is_alive(int(left[1])):
-            with suppress(OSError):
+        with suppress(OSError):
+            if left and is_of_no_other(path, left[2]) and (left[2] != MACHINE or not _is_alive(int(left[1]))):
                 path.unlink()
+
+
+def is_of_no_other(path: Path, token: str) -> bool:
+    """Return whether something temporary, whose `own_token` is ``token``, is this machine's, or forgotten."""
+    return token[:4] == MACHINE or time.time() - path.stat().st_mtime > FORGOTTEN
 
 
 def _is_alive(process: int) -> bool:

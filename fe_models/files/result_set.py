@@ -19,7 +19,7 @@ from pathlib import Path
 from secrets import token_hex
 
 from fe_models.errors import InputError, OutputError, raise_faults
-from fe_models.files.atomic import check_folder, remove_left
+from fe_models.files.atomic import check_folder, is_of_no_other, own_token, remove_left
 from fe_models.files.result_list import Files, digest, read_list, write_list
 from fe_models.files.run_guard import lock_folder, remember
 from fe_models.files.size_limit import file_fault
@@ -69,12 +69,13 @@ class ResultSet:
         check_folder(self.folder)
         finish_exchanges(self.folder)
         kept = read_list(self.folder).get(self.command, {}) if adding else {}
-        new = self.folder / f"{NEW_PREFIX}{self.command}-{token_hex(4)}"
+        new = self.folder / f"{NEW_PREFIX}{self.command}-{own_token()}"
         whole = f"those written before are whole ({', '.join(kept)})" if kept else "older ones are as they were"
         outcome = f"{self.folder}: not all results of {self.command} could be written; {whole}"
         try:
             for left in self.folder.glob(f"{NEW_PREFIX}{self.command}-*"):  # by a run that was killed
-                shutil.rmtree(left)
+                if is_of_no_other(left, left.name.rsplit("-", 1)[1]):
+                    shutil.rmtree(left)
             new.mkdir(parents=True)
             yield new
         except OSError as error:

@@ -118,22 +118,23 @@ def require_together(checkpoint: Checkpoint, run: Run, folder: Path) -> None:
         )
 
 
-def require_own(path: Path) -> None:
+def require_own(path: Path) -> Path | None:
     """Raise `InputError` where ``path`` is a file, but not the state of a training, of this version or another.
 
-    One that is damaged is moved aside: it is not gone on with, and nobody loses what may be left of it.
+    One that is damaged is moved aside, and where it is now is returned: it is not gone on with, and nobody loses what
+    may be left of it.
     """
     if not path.exists():
-        return
+        return None
     try:
         content = raw_content(path)
     except InputError:
         if not is_archive(path):
             raise
-        path.replace(path.with_stem(f"{path.stem}-damaged-{token_hex(4)}"))
-        return
+        return path.replace(path.with_stem(f"{path.stem}-damaged-{token_hex(4)}"))
     if not {"config", "model", "trainer"} <= content.keys():
         raise InputError(f"{path}: was not written by this program and would be replaced; give another folder")
+    return None
 
 
 def _config(text: str, faults: list[str]) -> Config | None:

@@ -58,7 +58,10 @@ def metrics_in(folder: Path) -> dict[str, Any]:
 
 @dataclass
 class Run:
-    """A trainer with its origin and its past; the one mutable thing here, as training is."""
+    """A trainer with its origin and its past; the one mutable thing here, as training is.
+
+    ``moved``: where a damaged state that was in the way is now; None where there was none.
+    """
 
     folder: Path
     config: Config
@@ -66,6 +69,7 @@ class Run:
     trainer: AnyTrainer
     history: tuple[EpochResult, ...] = ()
     seconds: float = 0.0
+    moved: Path | None = None
 
     def epochs(self) -> Iterator[EpochResult]:
         """Train on, one epoch at each step of the iteration; each is in the checkpoint before it is yielded."""
@@ -107,7 +111,7 @@ def begin(
     """Start a new training; `InputError` where dataset or ``folder`` do not allow one. ``advance``: see `prepare`."""
     dataset = trainable(dataset)
     results_in(folder).check()
-    require_own(folder / PARTIAL_CHECKPOINT)
+    moved = require_own(folder / PARTIAL_CHECKPOINT)
     torch.set_num_threads(config.training.threads)
     started = time.perf_counter()
     prepared: Prepared[NeuralModalODE] | Prepared[Experts]
@@ -126,7 +130,7 @@ def begin(
         lowpass=dataset.lowpass,
     )
     trainer = trainer_for(prepared.model, prepared.windows, config.training, device, prepared.driving)
-    return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started)
+    return Run(folder, config, origin, trainer, seconds=time.perf_counter() - started, moved=moved)
 
 
 def resume(dataset: Dataset, config: Config, folder: Path, device: str = "cpu") -> Run:

@@ -30,6 +30,8 @@ def open_run(data: Dataset, config: Config, out: Path, device: str, fresh: bool 
         return run
     with progress_bar("Calibrating the linear part", calibration_steps(data, config), "step") as bar:
         run = begin(data, config, out, device, bar.update)
+    if run.moved is not None:
+        print(f"Note: {PARTIAL_CHECKPOINT} was damaged; it is now {run.moved.name}, and may be removed.")
     for name in run.origin.left_out:
         print(f"Recording {name} contradicts the other training recordings: it is left out.")
     windows, samples = run.trainer.windows.shape[:2]
