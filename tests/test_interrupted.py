@@ -4,11 +4,13 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
 from hybrid.commands.console import command_line
+from hybrid.diagnosis.parallel import parallel_map
 
 
 @pytest.mark.parametrize("wrapped", [False, True])
@@ -48,3 +50,40 @@ def test_a_command_ends_so(tmp_path: Path) -> None:
     )
     run = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=False)
     assert (run.returncode, run.stderr) == (130, "Interrupted; results written before are whole.\n"), run.stderr
+
+
+def test_a_command_deep_in_a_factorisation_ends_at_once(tmp_path: Path) -> None:
+    """Which would go on for minutes, and hears no signal meanwhile."""
+    code = """
+import os, signal, threading, time
+import numpy as np
+from hybrid.commands.console import command_line
+
+def interrupt():
+    begun = time.process_time()
+    while time.process_time() - begun < 0.7:
+        time.sleep(0.01)
+    os.kill(os.getpid(), signal.SIGINT)
+
+with command_line(quiet=False):
+    large = np.random.default_rng(0).standard_normal((6000, 6000))
+    threading.Thread(target=interrupt, daemon=True).start()
+    np.linalg.eigvals(large)
+"""
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False, timeout=60)
+    assert (found.returncode, found.stderr) == (130, "Interrupted; results written before are whole.\n")
+
+
+def test_what_runs_side_by_side_does_not_hold_ctrl_c_up() -> None:
+    """Items that nobody has begun are let go."""
+    begun = list[int]()
+
+    def work(item: int) -> None:
+        begun.append(item)
+        if item == 0:
+            raise KeyboardInterrupt
+        time.sleep(0.02)
+
+    with pytest.raises(KeyboardInterrupt):
+        parallel_map(work, range(100))
+    assert len(begun) < 50

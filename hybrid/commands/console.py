@@ -1,27 +1,21 @@
 """What all commands share: how their applications are set up, how they end on bad input, and what --quiet leaves."""
 
 import os
-import signal
 import sys
-import threading
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, redirect_stdout
 from pathlib import Path
-from types import FrameType
 from typing import TYPE_CHECKING, Any
 
 import typer
 
 from fe_models.errors import OutputError, bad_input_exits, printable
 from hybrid.commands.checked_options import CheckedApplication
+from hybrid.commands.interrupts import WHOLE, interrupts_exit
 from hybrid.commands.streams import written_whatever
 
 if TYPE_CHECKING:
     from fe_models.recordings import Dataset
-
-
-WHOLE = "results written before are whole"
-INTERRUPTED_STATUS = 130  # of a command that Ctrl-C ends: 128 and the number of SIGINT
 
 
 def new_app(completion: bool = False, help: str | None = None) -> typer.Typer:
@@ -74,33 +68,6 @@ def failures_exit() -> Iterator[None]:
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""
         raise OutputError(f"{where}{error.strerror or error}; {WHOLE}") from error
-
-
-@contextmanager
-def interrupts_exit() -> Iterator[None]:
-    """Turn Ctrl-C inside the block into one line on stderr and the exit status 130.
-
-    Code that is not Python's own may wrap the interrupt into an exception of its own, which is then no fault.
-    """
-    if threading.current_thread() is not threading.main_thread():  # where no signal arrives, nor may be waited for
-        yield
-        return
-    interrupted: list[int] = []
-
-    def interrupt(number: int, frame: FrameType | None) -> None:
-        interrupted.append(number)
-        raise KeyboardInterrupt
-
-    before = signal.signal(signal.SIGINT, interrupt)
-    try:
-        yield
-    except BaseException as error:
-        if isinstance(error, SystemExit) or not (interrupted or isinstance(error, KeyboardInterrupt)):
-            raise
-        print(f"Interrupted; {WHOLE}.", file=sys.stderr)
-        raise SystemExit(INTERRUPTED_STATUS) from None
-    finally:
-        signal.signal(signal.SIGINT, before)
 
 
 def given_options(context: typer.Context) -> dict[str, Any]:

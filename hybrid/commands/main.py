@@ -4,7 +4,7 @@ import os
 import signal
 from types import FrameType
 
-INTERRUPTED_STATUS = 130  # as shells report Ctrl-C
+from hybrid.commands.interrupts import INTERRUPTED_STATUS  # light
 
 
 def main() -> None:

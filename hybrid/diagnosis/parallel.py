@@ -24,10 +24,13 @@ def parallel_map(
         found.append(function(known[0]))
         advance()
         return found
-    with ThreadPoolExecutor(THREADS.motions) as pool:
+    pool = ThreadPoolExecutor(THREADS.motions)
+    try:
         for task in [pool.submit(copy_context().run, function, item) for item in known]:
             found.append(task.result())
             advance()
+    finally:
+        pool.shutdown(cancel_futures=True)  # what fails, or Ctrl-C, must not wait for items that nobody has begun
     return found
 
 
