@@ -5,14 +5,18 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+import torch
 from typer.testing import CliRunner, Result
 
+from fe_models.files.atomic import MACHINE
 from fe_models.files.dataset_file import save_dataset
+from fe_models.files.result_list import LIST_FILE
 from fe_models.files.run_folder import load_run
 from hybrid.estimation.experts import fe_counterpart
 from hybrid.estimation.forecast import forecast_windows
@@ -23,7 +27,7 @@ from tests.hybrid_problems import chain_dataset, chain_modes
 
 ROOT = Path(__file__).parent.parent
 TINY = ("--window", "80", "--batch", "8", "--first-horizon", "20", "--threads", "1")
-PATIENCE = 60.0  # s, for a process to start and to train one epoch on a busy machine
+PATIENCE = 300.0  # s, for a process to start and to train one epoch on a busy machine
 
 
 @pytest.fixture(scope="module")
@@ -87,6 +91,23 @@ def test_after_kill_9_the_same_command_ends_with_the_same_scores(dataset: Path, 
     assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]
     assert metrics_of(tmp_path)["training"]["epochs"] == 30
     assert not (tmp_path / PARTIAL_CHECKPOINT).exists()
+
+
+@pytest.mark.slow
+def test_killed_again_and_again_it_ends_with_the_same_weights(dataset: Path, whole: Path, tmp_path: Path) -> None:
+    """Bit for bit, each time after at least one more epoch; what was half written goes with the run that follows."""
+    done = [0]
+    for how in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGKILL):
+        interrupted(dataset, tmp_path, how, *LONG)
+        done.append(len(load_checkpoint(tmp_path / PARTIAL_CHECKPOINT).history))
+    assert all(before < after < 30 for before, after in pairwise(done))
+    (tmp_path / f".training-999999999-{MACHINE}abcd.pt").write_bytes(b"half")
+    assert train(dataset, "--out", tmp_path, *LONG).exit_code == 0
+    assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]
+    found, expected = (load_checkpoint(folder / CHECKPOINT).model.state_dict() for folder in (tmp_path, whole))
+    assert found.keys() == expected.keys()
+    assert all(torch.equal(found[name], expected[name]) for name in expected)
+    assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == [LIST_FILE]
 
 
 @pytest.mark.slow
