@@ -76,6 +76,23 @@ def test_masses_at_neighbouring_nodes_are_told_by_a_sensor_between_them_and_the_
     assert next_by_modes(measured, fits, np.array([0.999, 0.001]), FEW) is None
 
 
+def test_no_sensor_is_advised_where_one_is_held_out(dataset: Dataset) -> None:
+    """And where none is left to add, no more is said of than was looked at."""
+    measured, fits = fits_of(dataset, 5, 4)
+    weights = np.array([0.6, 0.4])
+    best = next_by_modes(measured, fits, weights, FEW)
+    assert best is not None
+    taken = best.options[0].measurement.node
+    held_out = replace(SENSORS[taken - 1], name="apart", role="held_out")
+    found = next_by_modes(measured, fits, weights, (*FEW, held_out))
+    assert found is not None
+    assert taken not in [option.measurement.node for option in found.options]
+    none = next_by_modes(measured, fits, weights, SENSORS)
+    assert none is not None
+    assert none.options == ()
+    assert none.sentences[-1].startswith("no added sensor tells the added mass at node 5 from ")
+
+
 def test_nothing_wrong_leaves_nothing_to_measure(dataset: Dataset) -> None:
     measured, _ = fits_of(dataset)
     null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes(), 2)

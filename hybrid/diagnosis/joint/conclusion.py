@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes import MassChange, StiffnessChange
 from fe_models.causes.wording import at_place
+from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
@@ -109,8 +110,12 @@ class Claims:
     gains: Mapping[int, float] = field(default_factory=dict)
 
 
-def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None) -> ModalDiagnosis:
-    """Return what the claims amount to, with the force laws and what was found of the ``motion``."""
+def concluded(
+    claims: Claims, laws: LawSearch | None, motion: FoundMotion | None, present: tuple[Sensor, ...]
+) -> ModalDiagnosis:
+    """Return what the claims amount to, with the force laws and what was found of the ``motion``; ``present``: all
+    sensors, also those that are never fitted.
+    """
     measured, fits, probability = claims.measured, claims.fits, claims.probability
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
     after = None if laws is None or found is None else Left(laws.track.discrepancy, found.track.discrepancy)
@@ -149,7 +154,7 @@ def concluded(claims: Claims, laws: LawSearch | None, motion: FoundMotion | None
         has_motion=motion is not None,
         forecasts=forecasts,
         groups=len(groups),
-        next_measurement=next_by_modes(measured, fits, probability, measured.sensors),
+        next_measurement=next_by_modes(measured, fits, probability, present),
         considered=considered_by_modes(measured, fits, probability),
         considered_laws=() if laws is None else considered_laws(laws),
     )

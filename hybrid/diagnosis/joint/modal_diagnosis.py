@@ -81,7 +81,7 @@ def _concluded(look: Look, by_modes: "_Searched", told: "_Told", tell: Callable[
     tell("forecasts by modes")
     if motion is not None and motion.found.law is None:  # a law would have to be taken along
         claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
-    answer = concluded(claims, laws, motion)
+    answer = concluded(claims, laws, motion, look.dataset.sensors)
     names = ", ".join(look.ambient)
     about = (UNKNOWN_FORCES.format(names=names),) if names else ()
     kinds = {own.kind for own in by_modes.search.candidates} | (by_modes.laws if laws is not None else set())

@@ -23,7 +23,7 @@ from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.next_measurement.hypotheses import rivals_among
 from hybrid.diagnosis.next_measurement.information import Prediction
 from hybrid.diagnosis.next_measurement.measurements import Measurement, possible_sensors
-from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Predicted, recommended
+from hybrid.diagnosis.next_measurement.recommendation import SENSORS, NextMeasurement, Predicted, recommended
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 
 
@@ -90,7 +90,7 @@ def next_by_modes(
             for number, sensor in enumerate(added):
                 item = Measurement.by(sensor)
                 predicted[item] = partial(_predictions, known, number, lower)
-    return recommended(rivals, predicted)
+    return recommended(rivals, predicted, SENSORS)
 
 
 def _offered(measured: Measured, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:

@@ -12,7 +12,7 @@ from hybrid.diagnosis.next_measurement.in_excitations import considered, predict
 from hybrid.diagnosis.next_measurement.in_recordings import Sample, Surroundings, expected_in, predictions_of
 from hybrid.diagnosis.next_measurement.information import Prediction
 from hybrid.diagnosis.next_measurement.measurements import Measurement, moving_places, noise_of, possible_sensors
-from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Predicted, recommended
+from hybrid.diagnosis.next_measurement.recommendation import ANYTHING, SENSORS, NextMeasurement, Predicted, recommended
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 
@@ -29,11 +29,11 @@ def next_by_series(
         return None
     fits = [posterior.fits[number] for number in rivals.numbers]
     around = Surroundings(searched, posterior.temper, posterior.widened)
-    predicted = dict[Measurement, Predicted]()
-    if len(fits) > 1:
-        added = possible_sensors(fits[0].hypothesis.nominal, present)
-        predicted = _of_sensors(fits, added, around) | _of_excitations(fits, around)
-    return recommended(rivals, predicted)
+    if len(fits) == 1:  # the same cause at other places, where it does the same whatever is measured
+        return recommended(rivals, {})
+    added = possible_sensors(fits[0].hypothesis.nominal, present)
+    excited = _of_excitations(fits, around)
+    return recommended(rivals, _of_sensors(fits, added, around) | excited, ANYTHING if excited else SENSORS)
 
 
 def _of_sensors(fits: list[Fit], added: tuple[Sensor, ...], around: Surroundings) -> dict[Measurement, Predicted]:

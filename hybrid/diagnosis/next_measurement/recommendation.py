@@ -14,6 +14,7 @@ LISTED = 3  # most informative measurements, and the best of each kind
 TELLS = 0.9  # expected probability of the right one: from there on a measurement tells hypotheses apart
 HELPS = 0.3  # of the probability that is missing: a measurement that takes so much away helps
 WORTH = 0.02  # bits: less is next to nothing, and no measurement is named for it
+ANYTHING, SENSORS = "added sensor, pull or blow", "added sensor"  # what was considered, for a sentence
 LEFT_OPEN = 0.1  # probability that the first cause and a rival are mistaken for each other, which then are not told
 
 
@@ -32,12 +33,14 @@ class Option:
 class NextMeasurement:
     """The ``options``, most informative first, to tell ``causes`` apart, the likeliest first; empty where none is of
     use. ``now``: the probability of the first cause. ``open``: those causes that even the first option leaves open.
+    ``considered``: of which measurements they are the best, in words.
     """
 
     options: tuple[Option, ...]
     causes: tuple[Cause, ...]
     now: float
     open: tuple[Cause, ...]
+    considered: str = ANYTHING
 
     @property
     def sentences(self) -> tuple[str, ...]:
@@ -53,7 +56,7 @@ class NextMeasurement:
                 more = [f"{option.measurement.title} ({option.probability:.2f})" for option in self.options[1:]]
                 lines.append(f"next best: {'; '.join(more)}")
         if self.open:
-            which = "none of these tells" if self.options else "no added sensor, pull or blow tells"
+            which = "none of these tells" if self.options else f"no {self.considered} tells"
             others = _listed([cause.words for cause in self.open])
             lines.append(f"{which} {first.words} from {others}: look at the structure there")
         return tuple(lines)
@@ -90,8 +93,11 @@ Predicted = Callable[[], Sequence[Prediction]]
 """What each hypothesis predicts of a measurement, (hypothesis,): made when it is asked for, as all are many."""
 
 
-def recommended(rivals: Rivals, predicted: Mapping[Measurement, Predicted]) -> NextMeasurement:
-    """Return what to measure next, of all measurements that are possible, with what is ``predicted`` of each.
+def recommended(
+    rivals: Rivals, predicted: Mapping[Measurement, Predicted], considered: str = ANYTHING
+) -> NextMeasurement:
+    """Return what to measure next, of all measurements that are possible, with what is ``predicted`` of each;
+    ``considered``: which these are, in words.
 
     Ranked by a bound of the information that is closed-form and tells measurements apart that leave next to no doubt;
     what is expected of the best ones is then drawn.
@@ -108,7 +114,7 @@ def recommended(rivals: Rivals, predicted: Mapping[Measurement, Predicted]) -> N
         Option(item, own.information, rivals.share * own.probability) for item, own in found if own.information > WORTH
     )
     left = _left_open(rivals, apart[options[0].measurement] if options else None)
-    return NextMeasurement(options, rivals.causes, rivals.causes[0].probability, (*left, *rivals.twins))
+    return NextMeasurement(options, rivals.causes, rivals.causes[0].probability, (*left, *rivals.twins), considered)
 
 
 def _left_open(rivals: Rivals, apart: Any) -> tuple[Cause, ...]:
