@@ -103,4 +103,14 @@ class CertificateOptions:
     ] = False
 
 
-SECTIONS, BLIND, CERTIFICATE = SectionOptions(), BlindOptions(), CertificateOptions()
+@dataclass(frozen=True)
+class AuditOptions:
+    """Options on the audit."""
+
+    audit: Annotated[
+        bool,
+        typer.Option("--audit", help="Instead: evidences against nested sampling, ranks of posteriors; 10 minutes."),
+    ] = False
+
+
+SECTIONS, BLIND, CERTIFICATE, AUDIT = SectionOptions(), BlindOptions(), CertificateOptions(), AuditOptions()

@@ -1,4 +1,4 @@
-"""What the options of `hybrid-modal benchmark` ask for: one of five runs, and the options that each of them heeds."""
+"""What the options of `hybrid-modal benchmark` ask for: one of six runs, and the options that each of them heeds."""
 
 from collections.abc import Mapping
 from enum import Enum
@@ -16,6 +16,7 @@ class RunKind(Enum):
     RATES = "--rates"
     NEXT = "--next"
     CERTIFICATE = "--certificate"
+    AUDIT = "--audit"
 
 
 ALWAYS = frozenset({"out", "quiet"})
@@ -28,6 +29,7 @@ HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.RATES: CASES,
     RunKind.NEXT: frozenset({"seed"}),
     RunKind.CERTIFICATE: frozenset({"jobs", "minutes", "dirty"}),
+    RunKind.AUDIT: frozenset({"quick"}),
 }
 """Names of the parameters that each run heeds, beside those that all do."""
 
@@ -46,9 +48,8 @@ def run_kind(given: Mapping[str, Any]) -> RunKind:
 def _useless(name: str, value: object, kind: RunKind) -> str:
     negated = "no-" if value is False else ""
     here = f"with {kind.value}" if kind.value else "in the table"
-    homes = [
-        other.value or "none of --blind, --rates, --next, --certificate" for other in RunKind if name in HEEDED[other]
-    ]
+    none = f"none of {', '.join(other.value for other in RunKind if other.value)}"
+    homes = [other.value or none for other in RunKind if name in HEEDED[other]]
     return f"--{negated}{name.replace('_', '-')} has no effect {here}: it goes with {' or '.join(homes)}"
 
 

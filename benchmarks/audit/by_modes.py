@@ -1,0 +1,162 @@
+"""Fits by modes for the audit: cases of the chain, their claims, and the density that these are an integral of.
+
+Integrated over are nominal values and the causes' sizes, with the modes as they depend on them; held as the fit has
+them are the sizes of errors, how much larger single ones are, and which measured mode is which.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import solve_triangular
+
+from benchmarks.audit.chain import COUNT, RATE, SENSORS, Problem, log_normal
+from benchmarks.audit.nested import Target
+from benchmarks.audit.ranks import ranks_of
+from fe_models.arrays import FloatArray
+from fe_models.causes.candidate import Candidate
+from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.errors import FARTHEST, MEDIANS, SCALES, SPREADS, ErrorSizes, Rows, sizes_of
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.outlying import log_prior_in
+from hybrid.diagnosis.modal.paired_rows import free_values, log_density_of_outliers, rows_of, values_of
+from hybrid.diagnosis.modal.predicted_modes import predicted_modes
+from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.response.hypothesis import Hypothesis
+
+RECORDINGS = ("r1", "r2")
+IDENTIFIED = {
+    "frequency": 3e-4,
+    "ratio": 3e-4,
+    "shape": 3e-3,
+}  # relative, of 1, of shapes
+STARTS = (-0.6, -0.1, 0.1, 0.6)  # prior standard deviations from doing nothing, at which a fit begins
+
+
+@dataclass(frozen=True, eq=False)
+class _Density:
+    """The log density of a fit's measured modes and of theta, which its evidence is the integral of."""
+
+    measured: Measured
+    item: ModalFit
+
+    @cached_property
+    def _values(self) -> tuple[FloatArray, FloatArray]:
+        return values_of(self.measured, self.item.pairs)
+
+    @cached_property
+    def _rows(self) -> Rows:
+        """All rows, with nominal values that move none of them: they are not marginalised here."""
+        still = np.zeros((len(self.item.residual), self.item.nuisances))
+        known = (self.measured, self.item.claim, self.item.pairs, self._values[1], still)
+        return rows_of(*known, self.item.claim.hypothesis, self.item.inflation)
+
+    @cached_property
+    def _lower(self) -> FloatArray:
+        return np.asarray(np.linalg.cholesky(self._rows.covariance(self.item.sizes)))
+
+    @cached_property
+    def _constant(self) -> float:
+        """What does not depend on theta."""
+        volume = float(np.log(np.diag(self._lower)).sum())
+        alone = log_density_of_outliers(self.measured, self.item.pairs) + log_prior_in(self.item.inflation)
+        return self._rows.constant - volume + self.item.sizes.log_prior + alone
+
+    @cached_property
+    def prior(self) -> tuple[FloatArray, FloatArray]:
+        """Centre and width (parameter,) of the prior, nominal values as uncertain as the fit says."""
+        hypothesis, first = self.item.claim.hypothesis, self.item.nuisances
+        scales = self.item.rows.scales(self.item.sizes)
+        centre = np.concatenate([-self.measured.offset, hypothesis.centre[first:]])
+        return centre, np.concatenate([scales, hypothesis.width[first:]])
+
+    def __call__(self, theta: FloatArray) -> float | None:
+        pairs = self.item.pairs
+        modes = predicted_modes(self.item.claim.hypothesis, theta[None], self.measured.outputs)
+        if modes is None or not modes.stands.all() or modes.roots.shape[1] <= pairs.mode.max(initial=-1):
+            return None
+        every = self._values[0] - modes.over(pairs.mode, pairs.reference)[0]
+        white = solve_triangular(self._lower, every[free_values(self.measured, pairs)], lower=True)
+        return float(-0.5 * white @ white) + self._constant + log_normal(theta, *self.prior)
+
+
+def case(problem: Problem, seed: int, claims: int) -> list[Target]:
+    """Return the targets of a case: nothing wrong, and the best of the ``claims`` of a cause in all recordings."""
+    rng = np.random.default_rng(seed)
+    measured = _measured(problem, *problem.true_case(rng), ErrorSizes(), rng)
+    search = Search.of(measured, problem.candidates)
+    null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
+    if null is None:
+        raise RuntimeError(f"case {seed}: the chain as drawn has no modes")
+    every = tuple(range(len(RECORDINGS)))
+    found = [_fitted(measured, null, candidate, every) for candidate in problem.candidates]
+    best = search.ranked([item for item in found if item is not None])[:claims]
+    return [_target(measured, item, search.log_odds(item.claim)) for item in (null, *best)]
+
+
+def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
+    """Return the ranks of true values by the kind of parameter, of truth and errors that are drawn from their priors;
+    none where too few modes are left of what was drawn.
+    """
+    rng = np.random.default_rng(seed)
+    sizes = sizes_of(MEDIANS + SPREADS * np.clip(rng.standard_normal(len(MEDIANS)), -FARTHEST, FARTHEST))
+    bare = _bare(problem)
+    scales = np.array([getattr(sizes, SCALES[kind]) if kind else 1.0 for kind in bare.kind])
+    hypothesis, theta = problem.from_prior(rng, seed, scales)
+    measured = _measured(problem, hypothesis, theta, sizes, rng)
+    if not measured.recordings:  # so damped that nothing vibrates
+        return {}
+    null = fit_claim(measured, measured.null, np.zeros(len(scales)), ErrorSizes())
+    item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
+    if item is None or len(item.pairs) < len(RECORDINGS) * COUNT:
+        return {}
+    kinds = [*(kind for kind in bare.kind if kind), hypothesis.candidates[0].kind]
+    return ranks_of(kinds, theta, item.theta, item.covariance, rng)
+
+
+def _bare(problem: Problem) -> Measured:
+    return Measured(problem.nominal, np.zeros(len(problem.nominal.spread)), SENSORS, RATE, ())
+
+
+def _measured(
+    problem: Problem, hypothesis: Hypothesis, theta: FloatArray, sizes: ErrorSizes, rng: np.random.Generator
+) -> Measured:
+    """Return what is identified of the chain at ``theta`` in each recording: its modes with errors of these ``sizes``,
+    alike in all and each one's own, and those of the identification.
+    """
+    bare = _bare(problem)
+    modes = predicted_modes(hypothesis, theta[None], bare.outputs)
+    if modes is None:
+        return bare
+    every = np.arange(modes.roots.shape[1])
+    values = modes.over(every, np.argmax(np.abs(modes.shapes[0]), axis=1))[0]  # (mode, 2 + 2 sensor)
+    sensors = len(SENSORS)
+    names = ("frequency", "ratio", *["shape"] * sensors, *["phase"] * sensors)
+    common, own = (np.array([getattr(sizes, name + end) for name in names]) for end in ("", "_varies"))
+    noise = np.array([IDENTIFIED[name] for name in ("frequency", "ratio", *["shape"] * 2 * sensors)])
+    fixed = np.isin(values, (0.0, 1.0))  # the entry that others are taken over has no error
+    values = values + np.where(fixed, 0.0, common * rng.standard_normal(values.shape))
+    found = []
+    for name in RECORDINGS:
+        seen = values + np.where(fixed, 0.0, own * rng.standard_normal(values.shape))
+        seen = seen + noise * rng.standard_normal(values.shape)
+        shapes = seen[:, 2 : 2 + sensors] + 1j * seen[:, 2 + sensors :]
+        covariance = np.tile(np.diag(noise**2), (len(values), 1, 1))
+        found.append(MeasuredModes(name, seen[:, 0], seen[:, 1], shapes, covariance))
+    return replace(bare, recordings=tuple(found))
+
+
+def _fitted(measured: Measured, null: ModalFit, candidate: Candidate, acts: tuple[int, ...]) -> ModalFit | None:
+    """Return the best fit with a cause, from sizes to either side of nothing."""
+    claim = Claim(measured.null.hypothesis.adding(candidate), (acts,))
+    starts = [candidate.neutral[0] + share * candidate.width[0] for share in STARTS]
+    found = [fit_claim(measured, claim, np.append(null.theta, size), ErrorSizes()) for size in starts]
+    return max((item for item in found if item is not None), key=lambda item: item.evidence, default=None)
+
+
+def _target(measured: Measured, item: ModalFit, odds: float) -> Target:
+    hypothesis, density = item.claim.hypothesis, _Density(measured, item)
+    named = " and ".join(candidate.key for candidate in hypothesis.candidates) or "nothing"
+    bounds = hypothesis.lower, hypothesis.upper
+    return Target(named, density, *bounds, item.theta, item.covariance, item.evidence, odds)
