@@ -139,6 +139,29 @@ def test_evidence_beside_the_best_values_falls_as_their_posterior_does(dataset: 
         assert best.evidence - beside.evidence == pytest.approx(expected, rel=0.2)
 
 
+def test_values_beside_a_cause_that_is_held_at_its_bound_fit_best_as_it_is(dataset: Dataset) -> None:
+    """A node lost nearly all of its mass: more than a candidate may take away."""
+    rng = np.random.default_rng(8)
+    masses = tuple(PointMass(node, 0.02 if node == 3 else 2.0) for node in range(1, COUNT + 1))
+    light = replace(chain(), point_masses=masses)
+    measured = measured_of(dataset, modes_of(light, "before", rng), modes_of(light, "after", rng))
+    search = search_of(dataset, measured)
+    (own,) = (one for one in search.candidates if one.kind == "added_mass" and one.location == {"node": 3})
+    claim = Claim(measured.null.hypothesis.adding(own), (search.everywhere,))
+    theta, sizes = np.append(np.zeros(len(measured.nominal.spread)), -1.0), ErrorSizes(mass_scale=3.0)
+    best = fit_claim(measured, claim, theta, sizes, 20, errors_too=False)
+    assert best is not None
+    assert best.theta[-1] == pytest.approx(own.lower[0], rel=0.02)
+    errors = np.sqrt(np.diag(best.covariance))
+    for number in range(COUNT):
+        for side in (-1, 1):
+            theta = best.theta.copy()
+            theta[number] += side * errors[number]
+            beside = fit_claim(measured, claim, theta, sizes, 1, errors_too=False)
+            assert beside is not None
+            assert beside.evidence < best.evidence
+
+
 def test_shapes_over_another_entry_scatter_as_their_covariance_says() -> None:
     rng = np.random.default_rng(3)
     clean = modes_of(chain(), "a", np.random.default_rng(4))

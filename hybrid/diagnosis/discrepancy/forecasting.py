@@ -78,12 +78,21 @@ class Forecaster:
         (own,) = columns_of((batch,), self.roles.measured)
         data = own.data[number, : shown_of(own.samples)]
         noise = np.broadcast_to(own.sigma(self.roles.noise_model) ** 2, (len(own.names), 1, data.shape[1]))[number]
-        tried = []
-        for index, space in enumerate(self.spaces):
-            motion = followed(space, np.ascontiguousarray(data), noise[0])
-            known = self._known(space, motion)
-            tried.append((known.log_density, Begun(index, space, motion, known.states)))
-        return max(tried, key=lambda item: item[0])[1]
+        motions = [followed(space, np.ascontiguousarray(data), noise[0]) for space in self.spaces]
+        index = self._state_of(motions)
+        return Begun(index, self.spaces[index], motions[index], self._known(self.spaces[index], motions[index]).states)
+
+    def _state_of(self, motions: Sequence[Followed]) -> int:
+        """Return the number of the space that a motion, as each of them follows it, is of most probably: each with the
+        discrepancy that suits it best, as a large one follows the motion of any structure.
+        """
+        if len(motions) == 1:
+            return 0
+        found = []
+        for space, motion in zip(self.spaces, motions, strict=True):
+            own = likeliest([(space, motion)], self.discrepancy, DISCREPANCY.factors)
+            found.append(filtered_by(space, motion, own).log_density + own.log_prior)
+        return int(np.argmax(found))
 
     def _known(self, space: ModalSpace, motion: Followed) -> Filtered:
         """Return what a filter makes of a motion, under the law with a memory where there is one: about a motion whose

@@ -187,16 +187,30 @@ def _beyond(measured: Measured, item: ModalFit) -> float:
 
 
 def _step(measured: Measured, item: ModalFit) -> FloatArray:
-    """Return how far theta (parameter,) is from where the linearised modes fit best."""
+    """Return how far theta (parameter,) is from where the linearised modes fit best within bounds, which are approached
+    by a part of the way: the others go where they fit best beside a value that is held back.
+    """
     first, hypothesis = item.nuisances, item.claim.hypothesis
-    width, centre = hypothesis.width[first:], hypothesis.centre[first:]
+    width, theta = hypothesis.width[first:], item.theta[first:]
+    lower, upper = hypothesis.lower[first:], hypothesis.upper[first:]
     own = solve_triangular(item.lower, item.slopes[:, first:], lower=True)
-    along = own.T @ item.white - (item.theta[first:] - centre) / width**2
-    sizes_step = np.linalg.solve(own.T @ own + np.diag(1 / width**2), along) if len(width) else np.zeros(0)
-    left = item.residual - item.slopes[:, first:] @ sizes_step
+    normal = own.T @ own + np.diag(1 / width**2)
+    along = own.T @ item.white - (theta - hypothesis.centre[first:]) / width**2
+    step, free = np.zeros(len(width)), np.ones(len(width), dtype=bool)
+    while free.any():
+        step[free] = np.linalg.solve(
+            normal[np.ix_(free, free)], along[free] - normal[np.ix_(free, ~free)] @ step[~free]
+        )
+        below, above = free & (theta + step <= lower), free & (theta + step >= upper)
+        if not (below | above).any():
+            break
+        for bound, crossed in ((lower, below), (upper, above)):
+            step[crossed] = FIT.bound_approach * (bound[crossed] - theta[crossed])
+        free &= ~(below | above)
+    left = item.residual - item.slopes[:, first:] @ step
     scale = item.rows.scales(item.sizes)
     wanted = scale**2 * (item.slopes[:, :first].T @ cho_solve((item.lower, True), left))
-    return np.concatenate([wanted - measured.offset - item.theta[:first], sizes_step])
+    return np.concatenate([wanted - measured.offset - item.theta[:first], step])
 
 
 def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> FloatArray:
