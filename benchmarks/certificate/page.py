@@ -17,7 +17,7 @@ then is the answer held against the truth. {cases}
 "Exact": the structure given to the diagnosis is that of the recordings. "Off": every spring, mass, cable, deck and
 tower is off by 1 %, every damping ratio by 10 %, all at once. All recordings have {noise:.0f} % noise. Those of the
 bridge come from a richer model than the diagnosis has: geometrically exact, on a mesh twice as fine, every part a
-little beside the drawing. About one case in seven hides nothing, one in ten something outside the program's list, all
+little beside the drawing. About one case in seven hides nothing, as many something outside the program's list, all
 others one cause of the list. Two causes at once are not part of this page.
 
 "Far": deck, towers and pairs of cables are off by 20 %, masses by 10 %, damping by 40 %, and the dataset still says

@@ -21,6 +21,7 @@ from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.look import Look, look_at
 from hybrid.diagnosis.joint.modal_diagnosis import diagnosed, diagnosed_of_one_structure
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.verdict import CLEARLY, NEAR
 from hybrid.diagnosis.recorded.amount import limited
 from hybrid.diagnosis.series_diagnosis import diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
@@ -61,7 +62,7 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         if not series.verdict.is_wanting:
             return series
         modal = _by_modes(look, tell) if look.differs else diagnosed_of_one_structure(look, tell)
-        return series if modal is None or modal.verdict.is_wanting else modal  # by halves, every sample knows better
+        return series if modal is None or not _explains(modal) else modal  # by halves, every sample knows better
     modal = _by_modes(look, tell)
     return (
         modal
@@ -104,6 +105,17 @@ def _is_settled(found: Answer) -> bool:
     return not found.verdict.is_wanting and all(
         finding.probability >= DOOR.sure_probability for finding in found.findings
     )
+
+
+def _explains(found: ModalDiagnosis) -> bool:
+    """Return whether an answer leaves nothing open, forecasts as near to the noise as a structure that is nearly right
+    must come: a law that only resembles what acts may do much better than none.
+    """
+    forecasts = found.forecasts
+    if found.verdict.is_wanting or forecasts is None:
+        return not found.verdict.is_wanting
+    error = forecasts.scores["extended"]["measured"] or 0.0
+    return error <= NEAR * forecasts.floor or forecasts.unexplained < CLEARLY
 
 
 def _better(series: Diagnosis, modal: ModalDiagnosis) -> Answer:
