@@ -15,7 +15,7 @@ from fe_models.dof_map import DofMap
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mesh import mesh
-from fe_models.pictures.projection import on_sheet, translations
+from fe_models.pictures.projection import in_view, on_sheet, translations
 from fe_models.structure import (
     PLANE_FRAME,
     ROTATIONS,
@@ -51,7 +51,8 @@ class Outline:
     """All that is drawn of a model: ``coordinates`` (node, 2) in m, its members, what holds it, its visible masses.
 
     ``grounded``: node row and direction of each spring to ground; ``masses``: node rows of the masses of a chain.
-    ``in_space``: whether ``coordinates`` are those on the sheet of a model in space (`projection`).
+    ``in_space``: whether ``coordinates`` are those on the sheet of a model in space (`projection`); ``depth`` (node,):
+    then, how far out of the sheet each node is (m).
     """
 
     coordinates: FloatArray
@@ -61,6 +62,7 @@ class Outline:
     grounded: tuple[tuple[int, Direction], ...] = ()
     masses: tuple[int, ...] = ()
     in_space: bool = False
+    depth: FloatArray | None = None
 
     @property
     def bends(self) -> bool:
@@ -158,7 +160,8 @@ def _matrix_outline(model: LinearModel) -> Outline:
         drawn = tuple(Group(CONNECTION, kind, lines[chosen]) for kind, chosen in kinds if chosen.any())
         groups = (*drawn, *groups)
     if model.coordinates.shape[1] == 3:  # signs of supports are drawn in the plane
-        return Outline(on_sheet(model.coordinates), dofs, groups, in_space=True)
+        seen = in_view(model.coordinates)
+        return Outline(seen[:, :2], dofs, groups, in_space=True, depth=seen[:, 2])
     return Outline(_spread(model.coordinates), dofs, groups, _held_nodes(dofs, len(rows)))
 
 

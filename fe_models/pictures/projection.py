@@ -16,10 +16,18 @@ SHEET: FloatArray = np.array(
 )
 """What of x, y and z lies across and up on the sheet (2, 3): x to the right, y to the left and back."""
 
+VIEW: FloatArray = np.vstack([SHEET, np.cross(SHEET[0], SHEET[1])])
+"""The same, and what lies out of the sheet, towards the eye (3, 3)."""
+
 
 def on_sheet(points: FloatArray) -> FloatArray:
     """Return points (..., 3), or vectors, on the sheet (..., 2)."""
     return np.asarray(points @ SHEET.T)
+
+
+def in_view(points: FloatArray) -> FloatArray:
+    """Return points (..., 3), or vectors, as across, up and out of the sheet (..., 3)."""
+    return np.asarray(points @ VIEW.T)
 
 
 def translations(dofs: DofMap, displacement: FloatArray, nodes: int) -> FloatArray:

@@ -8,7 +8,7 @@ from fe_models.linear import LinearModel
 from fe_models.pictures.geometry import choose_scale, largest_displacement, outline
 from fe_models.spectra import power_spectrum
 from fe_models.structure import Structure
-from hybrid.report.motion import SEEN_PERIOD, TURNED, Choice, Layer, Stage
+from hybrid.report.motion import SEEN_PERIOD, Choice, Layer, Stage
 from hybrid.report.page import MovingFigure
 
 PARTS = 12  # shapes that a motion is made of: models have ten modes, or fewer
@@ -39,7 +39,7 @@ def field_motion(model: Structure | LinearModel, prediction: Prediction) -> Movi
     seconds = float(prediction.time[1] - prediction.time[0])
     slowed = SEEN_PERIOD * _strongest(prediction.hybrid[:MOST_SAMPLES], 1 / seconds)
     choice = Choice("Forecast.", layers, seconds, slowed)
-    caption = CAPTION.format(scale=scale, period=SEEN_PERIOD) + TURNED * stage.is_turned
+    caption = CAPTION.format(scale=scale, period=SEEN_PERIOD) + stage.words
     return MovingFigure(caption, DESCRIPTION, stage.motion([choice]))
 
 

@@ -11,7 +11,7 @@ from fe_models.pictures.geometry import DRAWN_SHARE, outline
 from fe_models.recordings import Dataset
 from fe_models.structure import TRANSLATIONS, Structure
 from hybrid.identification.recording_comparison import Compared
-from hybrid.report.motion import SEEN_PERIOD, TURNED, Choice, Layer, Stage
+from hybrid.report.motion import SEEN_PERIOD, Choice, Layer, Stage
 from hybrid.report.page import MovingFigure
 
 MODES = 8  # to look at, from the lowest
@@ -49,7 +49,7 @@ def mode_shapes(
             words.append(f"{measured[1]:.4g} Hz measured")
         label = f"Mode {number + 1}: {', '.join(words)}."
         choices.append(Choice(label, tuple(layers), 1 / float(frequency), SEEN_PERIOD * float(frequency)))
-    return MovingFigure(CAPTION + TURNED * stage.is_turned, DESCRIPTION, stage.motion(choices))
+    return MovingFigure(CAPTION + stage.words, DESCRIPTION, stage.motion(choices))
 
 
 def _modes(model: Structure | LinearModel, count: int) -> ModalModel:
@@ -91,8 +91,8 @@ def _match(own: FloatArray, dofs: DofMap, other: ModalModel) -> tuple[FloatArray
 
 
 def _measured(stage: Stage, seen: Compared | None, number: int, beside: FloatArray) -> tuple[FloatArray, float] | None:
-    """Return how far (px) sensors move (point, 2) in the mode that was measured for the drawn one of this ``number``,
-    scaled to what is drawn ``beside`` it, and as that across their directions; and its frequency (Hz). None where none
+    """Return how far (px) sensors move (point, axis) in the mode measured for the drawn one of this ``number``, scaled
+    to what is drawn ``beside`` it, and as that across their directions; and its frequency (Hz). None where none
     was.
     """
     if seen is None or number >= len(seen.nominal) or not stage.sensors:

@@ -1,4 +1,7 @@
-"""Shapes that move on a page: lines of the structure in pixels, how far each point moves, and how that goes in time."""
+"""Shapes that move on a page: lines of the structure in pixels, how far each point moves, and how that goes in time.
+
+A point has two numbers, across and down the page; of a structure in space a third, out of it, so that it can be turned.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,19 +10,24 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.directions import components
 from fe_models.pictures.geometry import DRAWN_SHARE, Outline, deformed_lines, nodal_motion
+from fe_models.pictures.projection import ELEVATION, in_view, translations
 from fe_models.recordings import Sensor
+from fe_models.structure import TRANSLATIONS
 
 WIDTH, MAX_HEIGHT, MARGIN = 720.0, 480.0, 24.0  # px
 LEAST_HEIGHT = 170.0  # px: of a chain, which has no height of its own
 MOST_POINTS = 6000  # that a browser moves smoothly
+DOWN = np.array([1.0, -1.0, 1.0])  # across and down the page, and out of it
+IN_SPACE = " Drag it, or move the sliders, to see it from another side."
 TURNED = " Displacements along the chain are drawn upwards."
 SEEN_PERIOD = 2.0  # s: how long one period of a motion takes on the page
 
 
 @dataclass(frozen=True)
 class Layer:
-    """What is drawn in one colour (a name of CSS): points that move by q(t) times ``shapes`` (part, point, 2), px at
+    """What is drawn in one colour (a name of CSS): points that move by q(t) times ``shapes`` (part, point, axis), px at
     scale 1; ``history`` (time, part) of q, None of a natural mode, which goes to and fro. ``is_dots``: points alone.
     """
 
@@ -44,8 +52,8 @@ class Choice:
 
 @dataclass(frozen=True)
 class Motion:
-    """``still`` (point, 2) px: the structure at rest, as lines of so many points (``lengths``), then sensors' points;
-    ``choices`` to look at.
+    """``still`` (point, axis) px: the structure at rest, as lines of so many points (``lengths``), then the sensors'
+    points; ``choices`` to look at.
     """
 
     width: float
@@ -53,6 +61,11 @@ class Motion:
     still: FloatArray
     lengths: tuple[int, ...]
     choices: tuple[Choice, ...]
+
+    @property
+    def turns(self) -> bool:
+        """Whether it is in space, and can be turned."""
+        return self.still.shape[1] == 3
 
     @property
     def layers(self) -> tuple[Layer, ...]:
@@ -70,7 +83,7 @@ class Motion:
         if layer is not None:
             first = np.ones(len(layer.shapes)) if layer.history is None else layer.history[0]
             points = points + np.einsum("k,kpc->pc", first, layer.shapes)
-        lined = sum(self.lengths)
+        points, lined = points[:, :2], sum(self.lengths)
         if layer is not None and layer.is_dots:
             return " ".join(f"M{x:.1f} {y:.1f}h0" for x, y in points[lined:])
         parts = np.split(points[:lined], np.cumsum(self.lengths)[:-1])
@@ -81,6 +94,9 @@ class Motion:
         """What the page's program moves, as plain data."""
         return {
             "still": _rounded(self.still),
+            "width": self.width,
+            "height": self.height,
+            "elevation": float(np.degrees(ELEVATION)) if self.turns else None,
             "lengths": list(self.lengths),
             "choices": [
                 {
@@ -135,20 +151,40 @@ class Stage:
         return stage if len(stage.points(np.zeros(len(outline.dofs)))) <= MOST_POINTS else None
 
     def points(self, displacement: FloatArray) -> FloatArray:
-        """Return how far (px) all points, those of sensors last, move (point, 2) for a ``displacement`` (dof,)."""
+        """Return how far (px) all points, those of sensors last, move (point, axis) for a ``displacement`` (dof,)."""
+        if self.outline.in_space:
+            nodes = in_view(translations(self.outline.dofs, displacement, len(self.outline.coordinates)))
+            return self._on_page(
+                np.concatenate([*(line.reshape(-1, 3) for line in self._ends(nodes)), self._at(nodes)])
+            )
         moved = deformed_lines(self.outline, displacement, 1.0)
         still = deformed_lines(self.outline, np.zeros_like(displacement), 0.0)
         lines = [a.points - b.points for a, b in zip(moved, still, strict=True) if a.kind != "point"]
-        nodes = nodal_motion(self.outline, displacement)[:, :2]
-        at = nodes[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, 2)
-        parts = [*(group.reshape(-1, 2) for group in lines), at]
-        return self._on_page(np.concatenate(parts))
+        at = self._at(nodal_motion(self.outline, displacement)[:, :2])
+        return self._on_page(np.concatenate([*(group.reshape(-1, 2) for group in lines), at]))
+
+    def _ends(self, nodes: FloatArray) -> list[FloatArray]:
+        """Return what belongs to the ``nodes`` (node, axis) at the ends of all lines, (line, 2, axis) a group."""
+        return [nodes[group.ends] for group in self.outline.groups if group.kind != "point"]
+
+    def _at(self, nodes: FloatArray) -> FloatArray:
+        """Return what belongs to those of the ``nodes`` (node, axis) that have a sensor, (sensor, axis)."""
+        return nodes[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, nodes.shape[1])
 
     @property
     def ways(self) -> FloatArray:
-        """The unit vectors (sensor, 2) along which sensors measure, on the page."""
+        """The unit vectors (sensor, axis) along which sensors measure, on the page."""
+        if self.outline.in_space:
+            every = [components(sensor.direction) for sensor in self.sensors]
+            vectors = np.array([[own.get(axis, 0.0) for axis in TRANSLATIONS] for own in every]).reshape(-1, 3)
+            return self._on_page(in_view(vectors / np.linalg.norm(vectors, axis=1, keepdims=True))) / self.factor
         along = np.array([self.outline.along(sensor.direction) for sensor in self.sensors]).reshape(-1, 2)
         return self._on_page(along) / self.factor
+
+    @property
+    def words(self) -> str:
+        """What is to be known of how it is drawn, for a caption."""
+        return IN_SPACE * self.outline.in_space + TURNED * self.is_turned
 
     @property
     def is_turned(self) -> bool:
@@ -158,14 +194,19 @@ class Stage:
         return bool(self.outline.masses) and bool(moves_across == (across >= up))
 
     def _on_page(self, moved: FloatArray) -> FloatArray:
-        """Return motions (point, 2), m, in pixels."""
+        """Return motions (point, axis), m, in pixels."""
         turned = moved[:, ::-1] if self.is_turned else moved
-        return np.asarray(turned * self.factor * np.array([1.0, -1.0]))
+        return np.asarray(turned * self.factor * DOWN[: moved.shape[1]])
 
     def motion(self, choices: Sequence[Choice]) -> Motion:
         """Return the motion that is looked at on this stage."""
-        still = deformed_lines(self.outline, np.zeros(len(self.outline.dofs)), 0.0)
-        drawn = [line for group in still if group.kind != "point" for line in group.points]
-        at = self.outline.coordinates[[sensor.node - 1 for sensor in self.sensors]].reshape(-1, 2)
-        points = np.concatenate([*drawn, at]) * self.factor * np.array([1.0, -1.0]) + self.origin
+        nodes, origin = self.outline.coordinates, self.origin
+        if self.outline.depth is not None:
+            depth = self.outline.depth
+            nodes = np.column_stack([nodes, depth - (depth.min() + depth.max()) / 2])
+            origin, drawn = np.append(origin, 0.0), [line for group in self._ends(nodes) for line in group]
+        else:
+            still = deformed_lines(self.outline, np.zeros(len(self.outline.dofs)), 0.0)
+            drawn = [line for group in still if group.kind != "point" for line in group.points]
+        points = np.concatenate([*drawn, self._at(nodes)]) * self.factor * DOWN[: nodes.shape[1]] + origin
         return Motion(WIDTH, self.height, points, tuple(len(line) for line in drawn), tuple(choices))

@@ -85,6 +85,29 @@
     return range;
   };
 
+  // A structure in space from another side: about its vertical axis, then up or down; made smaller where it needs room.
+  const seenFrom = (data, turn, height) => {
+    const [low, high] = [(data.elevation * Math.PI) / 180, (height * Math.PI) / 180];
+    const [middle, centre] = [data.width / 2, data.height / 2];
+    const place = (points) => {
+      const seen = new Float64Array((points.length / 3) * 2);
+      for (let i = 0, at = 0; i < points.length; i += 3, at += 2) {
+        const [x, y, out] = [points[i] - middle, centre - points[i + 1], points[i + 2]];
+        const upright = Math.cos(low) * y + Math.sin(low) * out;
+        const level = Math.cos(low) * out - Math.sin(low) * y;
+        const nearer = Math.cos(turn) * level - Math.sin(turn) * x;
+        seen[at] = Math.cos(turn) * x + Math.sin(turn) * level;
+        seen[at + 1] = Math.sin(high) * nearer - Math.cos(high) * upright;
+      }
+      return seen;
+    };
+    let room = 1;
+    place(data.still).forEach((value, i) => {
+      room = Math.min(room, ((i % 2 ? centre : middle) - 24) / Math.max(Math.abs(value), 1));
+    });
+    return (points) => place(points).map((value, i) => (i % 2 ? centre : middle) + room * value);
+  };
+
   const pathOf = (points, lengths) => {
     const parts = [];
     let at = 0;
@@ -125,6 +148,9 @@
     }
     const speed = slider(tools, "Slow to fast", -2, 1, 0, 0.25); // powers of two
     const scale = slider(tools, "Scale", 0.25, 3, 1, 0.05);
+    const isInSpace = data.elevation !== null;
+    const turn = isInSpace ? slider(tools, "Turn", -180, 180, 0, 1) : null; // degrees
+    const height = isInSpace ? slider(tools, "Height", 0, 90, data.elevation, 1) : null;
     const isRecorded = data.choices.some((one) => one.layers.some((layer) => layer.history));
     const place = isRecorded ? slider(tools, "Time", 0, 1, 0, 0.001) : null;
 
@@ -140,6 +166,10 @@
 
     const draw = () => {
       const size = Number(scale.value);
+      const onPage = isInSpace
+        ? seenFrom(data, (Number(turn.value) * Math.PI) / 180, Number(height.value))
+        : (points) => points;
+      if (isInSpace) figure.querySelector("path.still").setAttribute("d", pathOf(onPage(data.still), data.lengths));
       for (const path of paths) {
         const layer = choice.layers.find((one) => one.name === path.dataset.name);
         if (!layer) {
@@ -151,7 +181,8 @@
           const shape = layer.shapes[part];
           for (let i = 0; i < shape.length; i += 1) points[i] += size * factor * shape[i];
         });
-        path.setAttribute("d", layer.dots ? dotsOf(points, lined) : pathOf(points, data.lengths));
+        const seen = onPage(points);
+        path.setAttribute("d", layer.dots ? dotsOf(seen, lined) : pathOf(seen, data.lengths));
       }
       if (place) place.value = time / choice.seconds / Math.max(lasting(), 1);
     };
@@ -172,6 +203,18 @@
       if (playing) requestAnimationFrame(step);
     });
     scale.addEventListener("input", draw);
+    if (isInSpace) {
+      const svg = figure.querySelector("svg");
+      svg.classList.add("turns");
+      svg.addEventListener("pointermove", (event) => {
+        if (!event.buttons) return;
+        turn.value = ((Number(turn.value) + event.movementX / 2 + 540) % 360) - 180;
+        height.value = Number(height.value) + event.movementY / 2;
+        draw();
+      });
+      svg.addEventListener("pointerdown", (event) => svg.setPointerCapture(event.pointerId));
+      for (const range of [turn, height]) range.addEventListener("input", draw);
+    }
     if (place) {
       place.addEventListener("input", () => {
         time = Number(place.value) * lasting() * choice.seconds;
