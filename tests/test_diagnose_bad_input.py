@@ -11,6 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 from benchmarks.blind_cases import BlindConfig, blind_case
+from fe_models.assembly import linearise
 from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring
 from fe_models.causes.candidate import LawCandidate
@@ -22,6 +23,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.offsets import offsets
 from hybrid.diagnosis.recorded.unit_check import other_sizes
@@ -228,3 +230,16 @@ def test_a_rate_at_which_no_mode_shows_is_named(search: Callable[[Dataset], obje
     """Such as a time step in the place of a rate; no cause would explain what is then seen."""
     with pytest.raises(InputError, match=r"no natural frequency lies below 0.01 Hz .*check sampling_rate"):
         search(replace(CASE, sampling_rate=0.02))
+
+
+@pytest.mark.parametrize("stiffness", [1e10, 1e6])
+def test_a_spring_that_is_rigid_to_the_recordings_is_named(stiffness: float) -> None:
+    """1e10 N/m beside 1: the exponentials of its mode overflow, and a sound sensor's clock was called wrong."""
+    chain = four_dof()
+    stiff = replace(chain.elements[1], stiffness=stiffness)
+    model = replace(chain, elements=(chain.elements[0], stiff, *chain.elements[2:]))
+    if stiffness < 1e8:  # 200 Hz at 10 Hz: no matter
+        assert basis_of(replace(CASE, model=model), linearise(model), 1.0)[0].shape == (4, 4)
+        return
+    with pytest.raises(InputError, match=r"element 2 \(1e\+10 N/m\) .* it is rigid: give the nodes .* as one"):
+        diagnose(replace(CASE, model=model))

@@ -6,11 +6,11 @@ import numpy as np
 from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import FloatArray
-from fe_models.errors import raise_faults
+from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
-from fe_models.structure import Structure
+from fe_models.structure import Spring, Structure
 from hybrid.diagnosis.nominal.config import NOMINAL
 
 
@@ -21,9 +21,26 @@ def basis_of(dataset: Dataset, linear: LinearModel, highest: float) -> tuple[Flo
     if dataset.model.is_chain:
         massless = linear.dofs.node[linear.dofs.free_rows][linear.mass.diagonal() <= 0]
         raise_faults(f"model: node {node} has no mass: give it a point mass, or join its springs" for node in massless)
+        _require_no_rigid_link(dataset.model, linear, dataset.sampling_rate)
         return linear.dofs.expand(np.eye(free)), None
     modal, kept = followed_modes(dataset, linear, highest)
     return modal.shapes, kept
+
+
+def _require_no_rigid_link(chain: Structure, linear: LinearModel, rate: float) -> None:
+    """Raise `InputError` where a spring is rigid to recordings sampled at ``rate`` (Hz): nothing can be told of it.
+
+    The highest natural frequency is at least that of any one mass while all others are held.
+    """
+    alone = np.sqrt((linear.stiffness.diagonal() / linear.mass.diagonal()).max()) / (2 * np.pi)
+    if alone <= NOMINAL.max_samples_below * rate:
+        return
+    springs = [element for element in chain.elements if isinstance(element, Spring)]
+    number, stiffest = max(enumerate(springs, start=1), key=lambda item: item[1].stiffness)
+    raise InputError(
+        f"model: element {number} ({stiffest.stiffness:.3g} N/m) makes natural frequencies of {alone:.3g} Hz and more;"
+        f" to recordings at {rate:g} Hz it is rigid: give the nodes that it joins as one, with the sum of their masses"
+    )
 
 
 def followed_modes(

@@ -9,6 +9,9 @@ class NominalConfig:
 
     # in the basis of a frame, beyond those kept: they carry what a changed part does to the shapes
     extra_modes: int = 15
+    # of a chain's highest natural frequency over the sampling rate: within one sample such a mode dies away to nothing,
+    # and what is computed of it is rounding
+    max_samples_below: float = 1e3
     least_std: float = 1e-6  # the least standard deviation of a factor, so that a prior of zero stays a number
     spare_damped_modes: int = 1  # mode beyond those kept whose damping is uncertain, too: a cause may bring it
     # of damping ratios that are off: they are those of the modes without any cause (-1), as causes turn them (1) or
