@@ -4,17 +4,18 @@
 # make docs            the documentation as a site, in runs/docs/site; warnings are errors
 # make licences        the licence of every package that the program needs
 #
-# The set-up checks every package against its digest in requirements.lock. PyTorch without CUDA, on Linux, is on PyTorch's
-# own index, which pip then has to know; that of Python 3.11 is in the lock.  TORCH=pypi  takes PyPI's, for any Python,
-# with gigabytes of libraries;  LOCK=  checks nothing, and goes by the versions of constraints.txt alone.
+# The set-up checks every package against its digest. PyTorch without CUDA comes from an index of its own, where pip knows
+# it and the lock has the wheel; else from PyPI, on Linux with gigabytes of libraries.  LOCK=  checks nothing, and goes by
+# the versions of constraints.txt alone.
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 OUT ?= runs/demo
 DATA ?=
-TORCH ?= $(if $(filter Linux,$(shell uname -s)),cpu,pypi)
-LOCK ?= requirements.lock requirements-torch-$(TORCH).lock
+LOCK ?= requirements.lock
+TORCH := requirements-torch-
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
+CHECKED := $(INSTALL) --require-hashes
 PROJECTS := --editable '.[dev]' --editable ./benchmarks
 
 .PHONY: demo test test-all lint docs licences setup clean
@@ -26,7 +27,8 @@ $(VENV)/.ready: pyproject.toml constraints.txt $(LOCK) scripts/check_system.py
 ifeq ($(strip $(LOCK)),)
 	$(INSTALL) --constraint constraints.txt $(PROJECTS)
 else
-	$(INSTALL) --require-hashes $(addprefix --requirement ,$(LOCK))
+	$(CHECKED) --no-deps --requirement $(TORCH)cpu.lock || $(CHECKED) --no-deps --requirement $(TORCH)pypi.lock
+	$(CHECKED) --requirement $(LOCK)
 	$(INSTALL) --no-deps --no-build-isolation $(PROJECTS)
 endif
 	touch $@

@@ -53,7 +53,7 @@ def main(digests: list[str]) -> int:
     entries = resolved(wanted())
     (torch,) = (entry for entry in entries if TORCH.match(entry))
     of_cuda = [entry for entry in entries if OF_CUDA.match(entry)]
-    without_cuda = " \\\n    ".join([torch.split()[0], *(f"--hash=sha256:{digest}" for digest in digests)])
+    without_cuda = " \\\n    ".join([f"{torch.split()[0]}+cpu", *(f"--hash=sha256:{digest}" for digest in digests)])
     _write(LOCK, [entry for entry in entries if entry not in (torch, *of_cuda)])
     _write(TORCH_LOCKS["cpu"], [f"{without_cuda}\n"])
     _write(TORCH_LOCKS["pypi"], [torch, *of_cuda])

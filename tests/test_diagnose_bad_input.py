@@ -19,6 +19,7 @@ from fe_models.errors import InputError
 from fe_models.files.dataset_file import save_dataset
 from fe_models.lowpass import LowPass
 from fe_models.recordings import Dataset
+from fe_models.structure import Spring
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
 from hybrid.diagnosis.diagnosis import diagnose
@@ -236,8 +237,9 @@ def test_a_rate_at_which_no_mode_shows_is_named(search: Callable[[Dataset], obje
 def test_a_spring_that_is_rigid_to_the_recordings_is_named(stiffness: float) -> None:
     """1e10 N/m beside 1: the exponentials of its mode overflow, and a sound sensor's clock was called wrong."""
     chain = four_dof()
-    stiff = replace(chain.elements[1], stiffness=stiffness)
-    model = replace(chain, elements=(chain.elements[0], stiff, *chain.elements[2:]))
+    link = chain.elements[1]
+    assert isinstance(link, Spring)
+    model = replace(chain, elements=(chain.elements[0], replace(link, stiffness=stiffness), *chain.elements[2:]))
     if stiffness < 1e8:  # 200 Hz at 10 Hz: no matter
         assert basis_of(replace(CASE, model=model), linearise(model), 1.0)[0].shape == (4, 4)
         return
