@@ -329,6 +329,8 @@ def test_packed_and_locked_members_are_named(folder: Path, tmp_path: Path) -> No
         ({"nodes": [[0.0, 0.0]] * 100_001}, "nodes: has 100001 items; at most 100000 are read"),
         ({"directions": []}, "directions: there are none"),
         ({"nodes": 5}, "nodes: expected a list, found 5"),
+        ({"sections": [5]}, "sections[1]: expected a table, found 5"),
+        ({"elements": ["kind"]}, 'elements[1]: expected a table, found "kind"'),
         ({"name": "\x1b]0;x\x07"}, "name: holds a control character"),
         ({"name": "x" * 10**6}, "name: has 1000000 characters; at most 1000 are read"),
     ],

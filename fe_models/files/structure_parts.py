@@ -55,7 +55,11 @@ def read_sections(document: Table, where: str, faults: list[str]) -> dict[str, S
     """Return the sections by name; those with faults are stand-ins, so that elements can refer to them."""
     sections: dict[str, Section] = {}
     for place, table in read_list(document, "sections", where, faults):
-        make, rest = _choose("shape", SHAPES, table, place, faults) if "shape" in table else (Section, table)
+        make, rest = (
+            _choose("shape", SHAPES, table, place, faults)
+            if isinstance(table, dict) and "shape" in table
+            else (Section, table)
+        )
         section = read_table(make, rest, place, faults) if make else None
         name = table.get("name") if isinstance(table, dict) else None
         if section is not None:
