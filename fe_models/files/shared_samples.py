@@ -11,8 +11,9 @@ from fe_models.recordings import Recording
 
 def shared_stretches(recordings: Sequence[Recording]) -> list[str]:
     """Return a fault for each test recording that shares `MIN_SAMPLES` samples in a row with a training recording."""
-    tests, trains = ([each for each in recordings if each.role == role] for role in ("test", "train"))
-    known = {each.name: _Stretches(each.data) for each in recordings}
+    some = [each for each in recordings if each.data.size]  # none where no sensor could be read
+    tests, trains = ([each for each in some if each.role == role] for role in ("test", "train"))
+    known = {each.name: _Stretches(each.data) for each in some}
     faults = []
     for test in tests:
         for train in trains:
