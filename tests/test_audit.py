@@ -78,7 +78,7 @@ def test_tables_say_what_agrees() -> None:
     assert "50 % (1/2), 9-91 % | 100 % (2/2), 34-100 % | 75 % (3/4)" in rows["closed form within 1 of log Z"]
     assert rows["same first cause, cases"] == "| same first cause, cases | 0 % (0/1) | 100 % (1/1) | 50 % (1/2) |"
     assert rows["largest of these"].startswith("| largest of these | +3.00 | -0.10 | +3.00")
-    assert "| no |" in rank_table({"modes": uniform({"mass": [[0]] * 100})}, 100)[-1]
+    assert "| no |" in rank_table({"by modes": uniform({"mass": [[0]] * 100})}, 100)[-1]
 
 
 @pytest.mark.slow

@@ -99,19 +99,37 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
     """Return the ranks of true values by the kind of parameter, of truth and errors that are drawn from their priors;
     none where too few modes are left of what was drawn.
     """
-    rng = np.random.default_rng(seed)
-    sizes = sizes_of(MEDIANS + SPREADS * np.clip(rng.standard_normal(len(MEDIANS)), -FARTHEST, FARTHEST))
-    bare = _bare(problem)
-    scales = np.array([getattr(sizes, SCALES[kind]) if kind else 1.0 for kind in bare.kind])
-    hypothesis, theta = problem.from_prior(rng, seed, scales)
-    measured = _measured(problem, hypothesis, theta, sizes, rng)
+    rng, _, hypothesis, theta, measured = _drawn(problem, seed)
     if not measured.recordings:  # so damped that nothing vibrates
         return {}
-    null = fit_claim(measured, measured.null, np.zeros(len(scales)), ErrorSizes())
+    null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
+    return _ranks(measured, theta, item, rng)
+
+
+def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
+    """Return the same ranks where the sizes of errors are known, and fits begin at the truth."""
+    rng, sizes, hypothesis, theta, measured = _drawn(problem, seed)
+    claim = Claim(hypothesis, (tuple(range(len(RECORDINGS))),))
+    item = fit_claim(measured, claim, theta, sizes, errors_too=False) if measured.recordings else None
+    return _ranks(measured, theta, item, rng)
+
+
+def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, Measured]:
+    """Return sizes of errors, a hypothesis and its theta from their priors, and what is measured of them."""
+    rng, bare = np.random.default_rng(seed), _bare(problem)
+    sizes = sizes_of(MEDIANS + SPREADS * np.clip(rng.standard_normal(len(MEDIANS)), -FARTHEST, FARTHEST))
+    scales = np.array([getattr(sizes, SCALES[kind]) for kind in bare.kind])
+    hypothesis, theta = problem.from_prior(rng, seed, scales)
+    return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)
+
+
+def _ranks(
+    measured: Measured, theta: FloatArray, item: ModalFit | None, rng: np.random.Generator
+) -> dict[str, list[int]]:
     if item is None or len(item.pairs) < len(RECORDINGS) * COUNT:
         return {}
-    kinds = [*(kind for kind in bare.kind if kind), hypothesis.candidates[0].kind]
+    kinds = [*measured.kind, item.claim.hypothesis.candidates[0].kind]
     return ranks_of(kinds, theta, item.theta, item.covariance, rng)
 
 

@@ -1,7 +1,7 @@
 """The audit's run: ranks, then fits one after the other, under progress bars, each kept as soon as it is done."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import ModuleType
@@ -19,6 +19,12 @@ from fe_models.progress import progress_bar
 FIRST_SEED = 3_000_000  # of cases and of draws, which are of no other benchmark
 AGREES = 1.0  # nats
 SEARCHES: Mapping[str, ModuleType] = {"modes": by_modes, "series": by_series}
+RANKED: Mapping[str, tuple[str, Callable[[Problem, int], dict[str, list[int]]]]] = {
+    "by modes": ("modes", by_modes.ranked),
+    "by modes, errors known": ("modes", by_modes.ranked_given_errors),
+    "by series": ("series", by_series.ranked),
+}
+"""Whose posteriors are looked at, of which search."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +68,7 @@ class Compared:
 def run_audit(size: Size, out: Path) -> None:
     """Collect ranks, compare evidences, and print both; what an earlier run of the same size kept is taken as it is."""
     folder = out / f"audit_{size.cases}_{size.claims}_{size.draws}_{size.live}"
-    ranks = {search: uniform(_ranks(search, size.draws, folder)) for search in SEARCHES}
+    ranks = {name: uniform(_ranks(name, size.draws, folder)) for name in RANKED}
     compared = _compared(size, folder)
     write_json(out / "audit.json", content(compared, ranks))
     print("\n".join([*evidence_table(compared), "", *rank_table(ranks, size.draws)]))
@@ -79,16 +85,17 @@ def content(compared: Sequence[Compared], ranks: Mapping[str, Sequence[Uniform]]
     }
 
 
-def _ranks(search: str, draws: int, folder: Path) -> dict[str, list[list[int]]]:
+def _ranks(name: str, draws: int, folder: Path) -> dict[str, list[list[int]]]:
     """Return the ranks (draw, parameter) by the kind of parameter."""
-    path = folder / f"ranks_{search}.json"
+    path = folder / f"ranks_{name.replace(', ', '_').replace(' ', '_')}.json"
     if path.exists():
         known: dict[str, list[list[int]]] = json.loads(path.read_text(encoding="utf-8"))
         return known
+    search, ranked = RANKED[name]
     problem, found = Problem.of(search), dict[str, list[list[int]]]()
-    with progress_bar(f"Posteriors by {search}", draws, "draw") as bar:
+    with progress_bar(f"Posteriors {name}", draws, "draw") as bar:
         for number in range(draws):
-            for kind, own in SEARCHES[search].ranked(problem, FIRST_SEED + number).items():
+            for kind, own in ranked(problem, FIRST_SEED + number).items():
                 found.setdefault(kind, []).append(own)
             bar.update()
     write_json(path, found)
@@ -152,8 +159,8 @@ def _first(fits: Sequence[Compared], of: str) -> str:
 def rank_table(ranks: Mapping[str, Sequence[Uniform]], draws: int) -> list[str]:
     """Return how even ranks are, as a table in Markdown."""
     lines = [f"| ranks of true values in {draws} posteriors | in ten bins | p | p > {PASSES:g} |", "|---|---|---|---|"]
-    for search, every in ranks.items():
+    for name, every in ranks.items():
         for own in every:
             bins, passes = ", ".join(map(str, own.counts)), "yes" if own.p > PASSES else "no"
-            lines.append(f"| by {search}: {own.kind.replace('_', ' ')} | {bins} | {own.p:.2g} | {passes} |")
+            lines.append(f"| {name}: {own.kind.replace('_', ' ')} | {bins} | {own.p:.2g} | {passes} |")
     return lines
