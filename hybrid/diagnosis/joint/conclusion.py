@@ -16,8 +16,15 @@ from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
 from hybrid.diagnosis.joint.considered import Considered, considered_by_modes, considered_laws
 from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
 from hybrid.diagnosis.joint.look import surely_off
-from hybrid.diagnosis.joint.modal_findings import LISTED as LISTED_RIVAL
-from hybrid.diagnosis.joint.modal_findings import State, by_importance, findings_of, law_finding, states_of
+from hybrid.diagnosis.joint.modal_findings import (
+    State,
+    as_sure,
+    by_importance,
+    findings_of,
+    law_finding,
+    share_of_two,
+    states_of,
+)
 from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
@@ -30,7 +37,7 @@ from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, extended_matrices
-from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, Alternative, Finding, Parameter, sentence_of
+from hybrid.diagnosis.outcome.findings import Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.identification.identification import Identification
 
@@ -41,6 +48,10 @@ CHANGES_WITH_TIME = (
 )
 DOUBTED = (
     "what {name} shows at {listed} Hz is that of no structure that has the other modes, too: it was given little weight"
+)
+TWO_AT_ONE_PLACE = (
+    "a force law and another cause at the very place of it are seldom two: one thing that is not on the list may look"
+    " like both"
 )
 MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
@@ -135,10 +146,11 @@ def concluded(
     local = findings_of(measured, fits, probability, before, claims.gains)
     if after is not None:
         local = by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in local])
-    listed = 1.0  # probability that what moves in time is on the list
+    both = listed = 1.0  # probabilities that a law and a cause at its place are two, and that the list has the law
     if laws is not None and found is not None and found.law is not None:
-        listed = 1 - laws.other
-        local = (law_finding(measured, laws, found), *(_as_sure(finding, listed) for finding in local))
+        both = share_of_two(measured, best, found.law.candidate)
+        listed = both * (1 - laws.other)
+        local = (as_sure(law_finding(measured, laws, found), both), *(as_sure(finding, listed) for finding in local))
     groups = _groups_off(measured, best)
     widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
     return ModalDiagnosis(
@@ -149,7 +161,7 @@ def concluded(
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
         extended=_extended(nominal, best.theta[:first], local),
-        notes=(*_notes(measured, best), *_notes_on_motion(laws, after)),
+        notes=(*_notes(measured, best), *_notes_on_motion(laws, after), *[TWO_AT_ONE_PLACE] * (both < 1)),
         seconds=0.0,
         has_motion=motion is not None,
         forecasts=forecasts,
@@ -173,19 +185,7 @@ def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
     """
     if len(set(finding.recordings)) < recordings:
         return finding
-    return _as_sure(finding, 0.5 * (1 + after.usual))
-
-
-def _as_sure(finding: Finding, surely: float) -> Finding:
-    """Return a finding that is right only where something else is, of a probability ``surely``."""
-    if surely == 1.0:
-        return finding
-    others = tuple(replace(item, probability=surely * item.probability) for item in finding.alternatives)
-    own = surely * finding.probability
-    rest = 1 - own - sum(item.probability for item in others if item.kind != NOT_ON_THE_LIST)
-    listed = tuple(item for item in others if item.kind != NOT_ON_THE_LIST)
-    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED_RIVAL else ()
-    return replace(finding, probability=own, alternatives=(*listed, *remainder))
+    return as_sure(finding, 0.5 * (1 + after.usual))
 
 
 def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:

@@ -7,13 +7,16 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import StiffnessChange
-from fe_models.causes.candidate import ChangeCandidate
+from fe_models.causes.candidate import ChangeCandidate, LawCandidate
 from fe_models.causes.wording import at_place
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.joint.found import Found
 from hybrid.diagnosis.joint.look import surely_off
 from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
     OTHER_CAUSES,
@@ -85,6 +88,34 @@ def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     explains = float(np.clip(1 - (found.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
+
+
+def share_of_two(measured: Measured, best: ModalFit, law: LawCandidate) -> float:
+    """Return how probable it is that a law and a cause of a fit at its very place are two, and not one that is not on
+    the list, which both resemble: by chance they seldom meet. One where none is there.
+    """
+    structure = measured.nominal.structure
+    here = nodes_at(law.location, structure)
+    others = [nodes_at(candidate.location, structure) for candidate in best.claim.hypothesis.candidates]
+    if not here or here not in others or len(structure.nodes) == 1:
+        return 1.0
+    two = SCAN.further / len(structure.nodes)
+    return two / (two + DISCREPANCY.odds_off_list)
+
+
+def as_sure(finding: Finding, surely: float) -> Finding:
+    """Return a finding that is right only where something else is, of a probability ``surely``."""
+    if surely == 1.0:
+        return finding
+    others = tuple(
+        replace(item, probability=surely * item.probability)
+        for item in finding.alternatives
+        if item.kind != NOT_ON_THE_LIST
+    )
+    own = surely * finding.probability
+    rest = 1 - own - sum(item.probability for item in others)
+    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED else ()
+    return replace(finding, probability=own, alternatives=(*others, *remainder))
 
 
 def _without(item: ModalFit, number: int) -> ModalFit:
