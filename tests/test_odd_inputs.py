@@ -307,6 +307,14 @@ def test_rates_that_nobody_samples_at(rate: float, folder: Path) -> None:
         load_dataset(folder / "rate.toml")
 
 
+def test_files_of_an_old_python_are_read(tmp_path: Path) -> None:
+    """Their headers have long integers."""
+    np.save(tmp_path / "old.npy", np.arange(200.0).reshape(100, 2))
+    content = (tmp_path / "old.npy").read_bytes().replace(b"(100, 2), } ", b"(100L, 2), }")
+    (tmp_path / "old.npy").write_bytes(content)
+    assert load_recording(tmp_path / "old.npy", None, ["x4", "a1"], 2.0).data[0, 99, 1] == 199
+
+
 def test_a_dataset_without_a_readable_sensor_says_so(folder: Path) -> None:
     (folder / "none.toml").write_text(as_toml({**DATASET, "sensors": 0}))
     with pytest.raises(InputError, match="sensors: expected a list, found 0"):

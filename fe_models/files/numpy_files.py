@@ -1,5 +1,6 @@
 """Arrays of .npz and .npy files. Their headers are checked before anything is read, and no pickle is opened."""
 
+import warnings
 from pathlib import Path
 from typing import IO
 from zipfile import ZipFile
@@ -54,4 +55,6 @@ def _read(file: IO[bytes], size: int, where: str) -> NDArray[np.generic] | None:
 def _header(file: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[np.generic]]:
     version = np.lib.format.read_magic(file)
     read = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    return read(file)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # of files that Python 2 wrote: they are read all the same
+        return read(file)

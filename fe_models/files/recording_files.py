@@ -42,6 +42,7 @@ class RecordingFile:
     notes: tuple[str, ...] = ()
 
 
+@np.errstate(invalid="ignore", over="ignore")  # what is not finite is found and named, whatever its units
 def load_recording(
     path: Path,
     key: str | None,

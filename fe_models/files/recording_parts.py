@@ -4,6 +4,8 @@ from collections import Counter
 from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+
 from fe_models.errors import noting
 from fe_models.files.dataset_parts import Channels, Surroundings, modes_alone
 from fe_models.files.gaps import Mended, mended
@@ -103,7 +105,8 @@ def _read_file(
     found = noting(faults, where, load_recording, path, row.key, channels.names, rate, loads, channels.units)
     if found is None:
         return None
-    data = found.data * channels.factors
+    with np.errstate(invalid="ignore", over="ignore"):  # what is not finite is named below
+        data = found.data * channels.factors
     names = [f"{where}: {row.file}: channel {name!r}" for name in channels.names]
     wrong = size_faults(data, names)
     faults.extend(wrong)
