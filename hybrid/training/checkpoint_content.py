@@ -127,7 +127,7 @@ class Content(_Part):
 def read_content(path: Path) -> Content:
     """Return what a checkpoint holds, its tensors on the CPU; `InputError` with all that is wrong with it."""
     raw = raw_content(path)
-    if raw.get("format", FORMAT) != FORMAT:
+    if isinstance(raw.get("format"), int) and raw["format"] != FORMAT:
         raise InputError(f"{path}: has checkpoint format {raw['format']}, this program reads {FORMAT}; {REMEDY}")
     if not {"config", "model", "trainer"} <= raw.keys():
         raise InputError(f"{path}: is not a checkpoint of this program (without config, model and trainer)")
