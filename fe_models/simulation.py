@@ -233,7 +233,7 @@ def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
     outputs = round(duration * sampling_rate)
     if outputs < 1:
         raise InputError(f"duration = {duration} s is shorter than one sample at {sampling_rate} Hz")
-    return Steps(interval, outputs, ceil(interval / step - 1e-9))
+    return Steps(interval, outputs, max(ceil(interval / step - 1e-9), 1))
 
 
 def _time(steps: "Steps") -> FloatArray:

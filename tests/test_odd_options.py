@@ -93,6 +93,12 @@ def test_what_is_odd_is_named(words: list[str], fault: str, cart: Path) -> None:
     assert not (cart.parent / "out").exists()
 
 
+def test_a_step_longer_than_the_interval_of_samples_is_that(cart: Path) -> None:
+    words = ["--sensor", "1:x", "--realisations", "2", "--duration", "5", "--no-pictures", "--step", "1e9"]
+    status, said = ended("simulate", str(cart), "--out", str(cart.parent / "out"), *words)
+    assert status == 0, said
+
+
 @pytest.mark.parametrize(
     "model", ["/dev/zero", "fifo.toml", "a" * 5000 + ".toml", "x" * 300 + ".npz", "/proc/self/mem"]
 )
