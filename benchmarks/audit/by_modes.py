@@ -23,6 +23,7 @@ from hybrid.diagnosis.modal.outlying import log_prior_in
 from hybrid.diagnosis.modal.paired_rows import free_values, log_density_of_outliers, rows_of, values_of
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 RECORDINGS = ("r1", "r2")
@@ -104,7 +105,7 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
         return {}
     null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
-    return _ranks(measured, theta, item, rng)
+    return _ranks(measured, theta, item and with_unsure_sizes(measured, item), rng)
 
 
 def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:

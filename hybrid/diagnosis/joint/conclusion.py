@@ -30,6 +30,7 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
+from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -127,7 +128,8 @@ def concluded(
     """Return what the claims amount to, with the force laws and what was found of the ``motion``; ``present``: all
     sensors, also those that are never fitted.
     """
-    measured, fits, probability = claims.measured, claims.fits, claims.probability
+    measured, probability = claims.measured, claims.probability
+    fits = [with_unsure_sizes(measured, claims.fits[0]), *claims.fits[1:]]
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
     after = None if laws is None or found is None else Left(laws.track.discrepancy, found.track.discrepancy)
     at_noise = forecasts if forecasts is not None and forecasts.reach_noise else None

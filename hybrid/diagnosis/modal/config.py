@@ -96,6 +96,14 @@ class ScanConfig:
 
 
 @dataclass(frozen=True)
+class UnsureSizesConfig:
+    """How far the sizes of errors may be from the most likely ones."""
+
+    draws: int = 32  # of sizes: standard deviations to some per cent
+    difference_step: float = 0.05  # of a size's logarithm
+
+
+@dataclass(frozen=True)
 class ConclusionConfig:
     """What is reported of the best claims."""
 
@@ -116,4 +124,5 @@ OUTLIER = OutlierConfig()
 OUTLYING = OutlyingConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()
+UNSURE_SIZES = UnsureSizesConfig()
 CONCLUSION = ConclusionConfig()

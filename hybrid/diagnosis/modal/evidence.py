@@ -103,7 +103,7 @@ def fit_claim(
             return best
         there = replace(present, evidence=present.evidence - _beyond(measured, present))
         best = there if best is None or there.evidence > best.evidence else best
-        step = _step(measured, present)
+        step = step_of(measured, present)
         then = bounded(hypothesis, theta, step)
         errors = np.sqrt(np.maximum(np.diag(present.covariance)[first:], 0.0))  # rounding may leave less than nothing
         settled = (
@@ -186,7 +186,7 @@ def _beyond(measured: Measured, item: ModalFit) -> float:
     return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], scale) @ off)
 
 
-def _step(measured: Measured, item: ModalFit) -> FloatArray:
+def step_of(measured: Measured, item: ModalFit) -> FloatArray:
     """Return how far theta (parameter,) is from where the linearised modes fit best within bounds, which are approached
     by a part of the way: the others go where they fit best beside a value that is held back.
     """

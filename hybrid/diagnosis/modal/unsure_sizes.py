@@ -1,0 +1,47 @@
+"""Standard deviations that count that the sizes of errors, estimated from the same modes, are none too sure themselves.
+
+Their logarithms are normal about the most likely ones, with the curvature of the likelihood there and their priors'
+(Laplace); a fit's covariance is that of a mixture over such sizes: what it is on average, and how the best values move.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import UNSURE_SIZES
+from hybrid.diagnosis.modal.errors import FARTHEST, MEDIANS, SPREADS, sizes_of
+from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
+from hybrid.diagnosis.modal.likely_errors import Likelihood
+
+
+def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
+    """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
+    if not len(item.pairs):
+        return item
+    logs, root = np.log(item.sizes.values), _root_of_covariance(item)
+    drawn = np.random.default_rng(0).standard_normal((UNSURE_SIZES.draws // 2, len(logs)))
+    least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
+    within, moved = list[FloatArray](), list[FloatArray]()
+    for off in np.concatenate([drawn, -drawn]):  # either side of each, so that their mean is that of the sizes
+        try:
+            own = with_errors(measured, item, sizes_of(np.clip(logs + root @ off, least, most)))
+        except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
+            continue
+        within.append(own.covariance)
+        moved.append(step_of(measured, own))
+    if not within:
+        return item
+    return replace(item, covariance=np.mean(within, axis=0) + np.cov(np.array(moved).T, ddof=0))
+
+
+def _root_of_covariance(item: ModalFit) -> FloatArray:
+    """Return a square root (size, size) of the covariance of the sizes' logarithms; nowhere beyond their priors'."""
+    logs, likelihood = np.log(item.sizes.values), Likelihood(item.rows, item.residual)
+    steps = UNSURE_SIZES.difference_step * np.eye(len(logs))
+    slopes = [(likelihood.at(sizes_of(logs + own))[1] - likelihood.at(sizes_of(logs - own))[1]) for own in steps]
+    curvature = -np.array(slopes) / (2 * UNSURE_SIZES.difference_step)
+    scaled = SPREADS[:, None] * (curvature + curvature.T) / 2 * SPREADS  # in units of the priors
+    values, vectors = np.linalg.eigh(scaled)
+    return np.asarray(SPREADS[:, None] * vectors / np.sqrt(1 + np.maximum(values, 0.0)))
