@@ -116,7 +116,7 @@ def test_a_cause_is_counted_with_those_named_as_surely(data: Dataset) -> None:
     assert sure.right is not None
     assert (sure.right.hits, sure.right.count) == (40, 40)
     assert sure.sentence == (
-        "What was named at 0.97 or more was right 40 of 40 times on simulated chains of masses in free vibration,"
+        "What was named at 0.97 or more was right 40 of 40 times on simulated chains of four masses in free vibration,"
         " whose drawings were off by 1 %"
     )
     assert sure.source == "certificate of commit 0123456789ab, 2026-11-29; 120 of 300 cases of this kind have run"

@@ -64,6 +64,12 @@ class BlindResult:
         return "+" in self.task.hidden and not self.is_outside
 
     @property
+    def is_immaterial(self) -> bool:
+        """Whether forecasts do not need what was hidden: where it acts in all recordings, and they are forecast."""
+        config = self.task.config
+        return config.acts == "all" and config.excitation != "ambient" and self.judgement.is_immaterial
+
+    @property
     def line(self) -> str:
         """What was hidden and what was named, in a line."""
         found = self.judgement

@@ -6,10 +6,11 @@ from statistics import median
 
 from scipy.stats import binomtest
 
-from benchmarks.blind.aims import OVER_FLOOR, aims_of
+from benchmarks.blind.aims import OVER_FLOOR, Aims, aims_of
 from benchmarks.blind.cases import BlindResult
 from benchmarks.blind_cases import Acts, Excitation, Tier
 from benchmarks.peers.answer import PeerMark
+from hybrid.diagnosis.track_record.certified import GROUPS
 
 FORECAST = "extended forecast within {exact} (off: {off}) times the noise floor".format(**OVER_FLOOR)
 SENSOR_KINDS = ("sensor_gain", "sensor_delay", "sensor_drift", "time_integration")  # no forces on the structure
@@ -102,7 +103,7 @@ def rates(
     limit = OVER_FLOOR[tier]
     # Forecasts of test recordings need nothing that acts in one training recording alone; modes alone forecast nothing.
     forecast = excitation != "ambient"
-    needing = [r for r in results if not r.judgement.is_immaterial] if forecast and acts == "all" else []
+    needing = [r for r in results if not r.is_immaterial] if forecast and acts == "all" else []
     felt, both = [r for r in needing if r.is_single], [r for r in needing if r.is_pair]
     forces = [r for r in single if r.task.hidden not in SENSOR_KINDS]
     found = [
@@ -126,17 +127,7 @@ def rates(
             aims.outside,
             _first,
         ),
-        Rate(
-            "parameters within 10 % or two standard deviations",
-            share(mark for r in results for mark in r.judgement.within),
-            aims.parameters,
-        ),
-        Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
-        Rate(
-            "groups' factors within two standard deviations",
-            share(mark for r in results for mark in r.judgement.groups),
-            aims.groups,
-        ),
+        *_of_values(results, aims),
         line(FORECAST, known if forecast else [], lambda r: r.judgement.over_floor <= limit, ""),
     ]
     if known and forecast:
@@ -148,6 +139,23 @@ def rates(
         own, *others = (float(of(column)) for column in times)
         found.append(Rate(what, own, target, tuple(others)))
     return [rate for rate in found if empty or not isinstance(rate.measured, Share) or rate.measured.count]
+
+
+def _of_values(results: Sequence[BlindResult], aims: Aims) -> list[Rate]:
+    """Return how well parameters of causes and factors of groups are known."""
+    return [
+        Rate(
+            "parameters within 10 % or two standard deviations",
+            share(mark for r in results for mark in r.judgement.within),
+            aims.parameters,
+        ),
+        Rate("95 % intervals cover", share(mark for r in results for mark in r.judgement.covered), "92-98 %"),
+        Rate(
+            GROUPS,
+            share(mark for r in results for mark in r.judgement.groups),
+            aims.groups,
+        ),
+    ]
 
 
 def peer_names(results: Sequence[BlindResult]) -> tuple[str, ...]:

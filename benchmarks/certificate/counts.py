@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 
 from benchmarks.blind.cases import BlindResult, Task
-from benchmarks.blind.judging import Judgement
 from benchmarks.blind.rates import Rate, Share, rates, share
 from benchmarks.blind.reliability import Bin, bins_of, calibration
 from benchmarks.certificate.code import Code
@@ -34,8 +33,8 @@ class ColumnCounts:
     """The numbers of a ``column``, of which ``done`` cases are there.
 
     ``hidden``: by what was hidden how many answers are right, of those cases that forecasts need. ``findings``: by the
-    kind that was named, the curve of calibration. ``verdicts``: how many reports end so, and how many of them are right
-    to. ``failures``: by the name of the failure, cases without a report.
+    kind that was named, the curve of calibration. ``verdicts``: how many reports end so; ``unnamed``: of those that
+    name nothing, how many are right to. ``failures``: by the name of the failure, cases without a report.
     """
 
     column: Column
@@ -44,7 +43,8 @@ class ColumnCounts:
     calibration: tuple[Bin, ...]
     hidden: Mapping[str, Share]
     findings: Mapping[str, tuple[Bin, ...]]
-    verdicts: Mapping[str, Share]
+    verdicts: Mapping[str, int]
+    unnamed: Mapping[str, Share]
     failures: Mapping[str, int]
     seconds: Seconds | None
 
@@ -97,21 +97,24 @@ def counts(column: Column, records: Mapping[Task, Record]) -> ColumnCounts:
         tuple(calibration(results)),
         {word: _right(results, word) for word in dict.fromkeys(column.words)},
         _findings(results),
-        _verdicts(reports),
+        dict(Counter(report.verdict.value for report in reports)),
+        _unnamed([record.result(task) for task, record in own if record.judgement]),
         dict(failures),
         _seconds([report.seconds for report in reports], LIMITS[column.structure]),
     )
 
 
 def _right(results: Sequence[BlindResult], word: str) -> Share:
-    return share(r.judgement.first for r in results if r.task.hidden == word and not r.judgement.is_immaterial)
+    return share(r.judgement.first for r in results if r.task.hidden == word and not r.is_immaterial)
 
 
-def _verdicts(reports: Sequence[Judgement]) -> dict[str, Share]:
-    """Return how many reports end so, and are right to: of causes too weak to matter, that nothing is wrong."""
+def _unnamed(results: Sequence[BlindResult]) -> dict[str, Share]:
+    """Return how many reports that name nothing end so, and are right to: of causes too weak to matter, too."""
     marks: dict[str, list[bool]] = {}
-    for report in reports:
-        marks.setdefault(report.verdict.value, []).append(report.first or report.is_immaterial)
+    for result in results:
+        if not result.judgement.named:
+            right = result.judgement.first or result.is_immaterial
+            marks.setdefault(result.judgement.verdict.value, []).append(right)
     return {verdict: share(own) for verdict, own in marks.items()}
 
 
@@ -157,8 +160,8 @@ def _column_content(own: ColumnCounts) -> dict[str, Any]:
         "calibration": [item.as_json() for item in own.calibration],
         "right_by_hidden": {word: right.as_json() for word, right in own.hidden.items()},
         "calibration_by_named": {kind: [item.as_json() for item in bins] for kind, bins in own.findings.items()},
-        "verdicts": {verdict: right.count for verdict, right in own.verdicts.items()},
-        "right_by_verdict": {verdict: right.as_json() for verdict, right in own.verdicts.items()},
+        "verdicts": own.verdicts,
+        "right_by_verdict": {verdict: right.as_json() for verdict, right in own.unnamed.items()},
         "failures": own.failures,
         "seconds": None if own.seconds is None else asdict(own.seconds),
     }

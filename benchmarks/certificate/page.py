@@ -17,8 +17,10 @@ then is the answer held against the truth. {cases}
 "Exact": the structure given to the diagnosis is that of the recordings. "Off": every spring, mass, cable, deck and
 tower is off by 1 %, every damping ratio by 10 %, all at once. All recordings have {noise:.0f} % noise. Those of the
 bridge come from a richer model than the diagnosis has: geometrically exact, on a mesh twice as fine, every part a
-little beside the drawing. About one case in seven hides nothing, as many something outside the program's list, all
-others one cause of the list. Two causes at once are not part of this page.
+little beside the drawing. Of a drawing that is nearly right about one case in seven hides nothing, as many something
+outside the program's list, all others one cause of the list; elsewhere cases hide what can be told there, and, under
+ambient vibration of an exact drawing, known forces and base motion, nothing now and then. Two causes at once are not
+part of this page.
 
 "Far": deck, towers and pairs of cables are off by 20 %, masses by 10 %, damping by 40 %, and the dataset still says
 1, 1 and 10 %; what is hidden has a linear effect. "In one recording": the cause acts in the last one to fit alone.

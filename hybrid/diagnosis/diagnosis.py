@@ -62,7 +62,7 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         if not series.verdict.is_wanting:
             return series
         modal = _by_modes(look, tell) if look.differs else diagnosed_of_one_structure(look, tell)
-        return series if modal is None or not _explains(modal) else modal  # by halves, every sample knows better
+        return series if modal is None or not _explains(modal) else modal  # by halves every sample tells more
     modal = _by_modes(look, tell)
     return (
         modal
@@ -112,8 +112,10 @@ def _explains(found: ModalDiagnosis) -> bool:
     must come: a law that only resembles what acts may do much better than none.
     """
     forecasts = found.forecasts
-    if found.verdict.is_wanting or forecasts is None:
-        return not found.verdict.is_wanting
+    if found.verdict.is_wanting:
+        return False
+    if forecasts is None:
+        return True
     error = forecasts.scores["extended"]["measured"] or 0.0
     return error <= NEAR * forecasts.floor or forecasts.unexplained < CLEARLY
 

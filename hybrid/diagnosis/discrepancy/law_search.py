@@ -94,7 +94,8 @@ def search_laws(item: Track, measured: Measured) -> LawSearch:
     ranked = sorted(fits, key=lambda fit: -score(fit))
     near = ranked[:1] + [fit for fit in ranked[1 : LAW_FIT.settled] if not _is_beaten(fit, ranked[0])]
     moved = parallel_map(lambda fit: settled_law(fit_law(item, nominal, fit.candidate, fit.theta), nominal), near)
-    return _concluded(item, nominal, [*moved, *ranked[len(near) :]], odds)
+    kept = {fit.candidate.key for fit in near}
+    return _concluded(item, nominal, [*moved, *(fit for fit in ranked if fit.candidate.key not in kept)], odds)
 
 
 def _is_beaten(fit: LawFit, best: LawFit) -> bool:

@@ -66,7 +66,8 @@ def _beside(best: Track, measured: Measured, samples: int) -> LawSearch:
 
 def _alone(laws: LawSearch, bare: Track, measured: Measured, claimed: float) -> LawSearch:
     """Return the law that is named beside a claim without that, on a ``bare`` track, where it alone is more probable
-    than the claim alone, ``claimed``: under a law modes differ with amplitude, from one recording to the next.
+    than the claim alone, ``claimed``: under a law modes differ with amplitude, from one recording to the next. Which
+    law it is, was told beside the claim: its rivals and probabilities stay those.
     """
     if laws.named is None:
         return laws

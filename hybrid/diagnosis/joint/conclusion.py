@@ -28,7 +28,7 @@ from hybrid.diagnosis.joint.modal_findings import (
 from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.errors import SPREADS, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
@@ -154,7 +154,8 @@ def concluded(
         listed = both * (1 - laws.other)
         local = (as_sure(law_finding(measured, laws, found), both), *(as_sure(finding, listed) for finding in local))
     groups = _groups_off(measured, best)
-    widened = replace(nominal, spread=best.rows.scales(best.sizes))  # as far off as values may be here
+    # as far off as values may be here, the scale being one of many
+    widened = replace(nominal, spread=np.exp(SPREADS.max()) * best.rows.scales(best.sizes))
     return ModalDiagnosis(
         verdict=_verdict(best, (*local, *groups), left, after, listed),
         findings=(*local, *groups),

@@ -20,7 +20,10 @@ def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
     if not len(item.pairs):
         return item
-    logs, root = np.log(item.sizes.values), _root_of_covariance(item)
+    try:
+        logs, root = np.log(item.sizes.values), _root_of_covariance(item)
+    except np.linalg.LinAlgError:
+        return item
     drawn = np.random.default_rng(0).standard_normal((UNSURE_SIZES.draws // 2, len(logs)))
     least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
     within, moved = list[FloatArray](), list[FloatArray]()

@@ -32,14 +32,20 @@ def _require_no_rigid_link(chain: Structure, linear: LinearModel, rate: float) -
 
     The highest natural frequency is at least that of any one mass while all others are held.
     """
-    alone = np.sqrt((linear.stiffness.diagonal() / linear.mass.diagonal()).max()) / (2 * np.pi)
+    every = np.sqrt(linear.stiffness.diagonal() / linear.mass.diagonal()) / (2 * np.pi)
+    alone, node = every.max(), int(linear.dofs.node[linear.dofs.free_rows][every.argmax()])
     if alone <= NOMINAL.max_samples_below * rate:
         return
-    springs = [element for element in chain.elements if isinstance(element, Spring)]
-    number, stiffest = max(enumerate(springs, start=1), key=lambda item: item[1].stiffness)
+    joined = [
+        (number, element)
+        for number, element in enumerate(chain.elements, start=1)
+        if isinstance(element, Spring) and node in element.nodes
+    ]
+    number, stiffest = max(joined, key=lambda item: item[1].stiffness)
     raise InputError(
         f"model: element {number} ({stiffest.stiffness:.3g} N/m) makes natural frequencies of {alone:.3g} Hz and more;"
-        f" to recordings at {rate:g} Hz it is rigid: give the nodes that it joins as one, with the sum of their masses"
+        f" to recordings at {rate:g} Hz it is rigid: give the nodes that it joins as one, with the sum of their masses,"
+        f" or check the mass at node {node}"
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 class AmountConfig:
     """How much of long recordings a diagnosis goes by."""
 
-    # of the measured sensors, of recordings for training and of those for testing: minutes, and less than 3 GB
+    # of the measured sensors, of recordings for training and of those for testing: minutes, and less than 3 GB by four
     most_values: int = 400_000
     least_samples: int = 25_000  # whatever the number of sensors: a usual measurement is used whole
     shortest: int = 5_000  # samples that a motion is cut to at least: those of a usual recording

@@ -9,7 +9,7 @@ from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.track_record.certified import Certified, Column
 
 CHAIN, FRAME = "four_dof", "bridge"
-STRUCTURES = {CHAIN: "chains of masses", FRAME: "frames with cables"}
+STRUCTURES = {CHAIN: "chains of four masses", FRAME: "cable-stayed bridges"}
 TIERS = ("exact", "off", "far")  # the harder the later
 MOVED = {
     "free": "in free vibration",
@@ -46,7 +46,7 @@ def kind_of(dataset: Dataset, found: Answer) -> Kind | str:
     if not isinstance(dataset.model, Structure):
         return MATRICES
     train = dataset.select("train")
-    if not train:
+    if dataset.modes or not train:
         return LISTED
     moved = {_excitation(recording) for recording in train}
     if len(moved) > 1:
