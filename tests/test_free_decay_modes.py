@@ -161,6 +161,7 @@ def test_the_command_says_which_columns_it_skips(dataset: Dataset, tmp_path: Pat
     assert "Note: a.csv: column 'temperature' belongs to no sensor and no load and is skipped.\n" in answer.output
 
 
+@pytest.mark.slow
 def test_recordings_too_short_for_a_backbone_are_compared_all_the_same(dataset: Dataset, tmp_path: Path) -> None:
     short = tuple(replace(r, data=r.data[:, : round(0.5 * RATE)]) for r in dataset.recordings[:2])  # two periods
     file = save_dataset(replace(dataset, recordings=short), tmp_path, "bridge")

@@ -68,6 +68,7 @@ def test_a_wrong_name_resolves_nothing_however_sure() -> None:
     assert not Added("a", 0.85, first=True).resolves
 
 
+@pytest.mark.slow
 def test_a_trial_runs_from_end_to_end() -> None:
     found = tried(SEED)
     assert 0 <= found.probability <= 1

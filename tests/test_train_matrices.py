@@ -84,6 +84,7 @@ def test_only_a_structure_of_masses_in_a_row_has_a_loop(trained: Path) -> None:
     assert not names & {"force_displacement.png", "structure.toml"}
 
 
+@pytest.mark.slow
 def test_an_interrupted_training_on_matrices_goes_on(trained: Path, tmp_path: Path) -> None:
     training = replace(TINY.training, epochs=2, noise_std=0.1)
     begun = begin(load_dataset(trained / "dataset.toml"), replace(TINY, training=training), tmp_path)

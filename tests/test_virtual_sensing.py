@@ -146,6 +146,7 @@ def test_offsets_change_nothing_and_a_louder_record_is_as_much_louder_everywhere
     np.testing.assert_allclose(louder.force_std, 10 * found.force_std, rtol=1e-2)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_double")
 def test_a_model_that_has_the_force_law_is_more_probable_and_nearer() -> None:
     """A cubic spring that doubles the stiffness at mass 1 where it moves most."""
