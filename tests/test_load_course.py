@@ -116,7 +116,8 @@ def test_the_modal_model_takes_the_course_that_the_dataset_says() -> None:
     assert np.abs(courses[:, 2:]).max() == 0
 
 
-@pytest.mark.parametrize("course", ["straight", pytest.param("held", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("course", ["straight", "held"])
 def test_recordings_tell_the_course_and_nothing_is_wrong(course: Course) -> None:
     found = diagnose_series(recorded(course, noise=0.003))
     assert found.verdict is Verdict.NOTHING_WRONG
