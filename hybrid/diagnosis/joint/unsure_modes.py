@@ -11,7 +11,7 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.search import Search, probabilities
+from hybrid.diagnosis.modal.search import Search, less_one, probabilities
 
 
 def ranked_beside(
@@ -21,18 +21,7 @@ def ranked_beside(
     each claim is (fit,) where modes are as sure as motions tell them with a discrepancy that is ``left``.
     """
     unsure = replace(measured, recordings=tuple(strayed(own, left.size) for own in measured.recordings))
-    best = fits[0]
-    less = [
-        fit_claim(
-            measured,
-            best.claim.less(number),
-            best.theta[best.claim.hypothesis.parameters_of((number,))],
-            best.sizes,
-            inflation=best.inflation,
-        )
-        for number in range(len(best.claim.acts))
-    ]
-    kept = search.ranked([*fits[: CONCLUSION.refitted], *(item for item in less if item is not None)])
+    kept = search.ranked([*fits[: CONCLUSION.refitted], *less_one(measured, fits[0])])
     again = [fit_claim(unsure, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in kept]
     both = [(item, new) for item, new in zip(kept, again, strict=True) if new is not None]
     if not both:

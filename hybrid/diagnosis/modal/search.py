@@ -223,17 +223,7 @@ class Search:
         """
         best, found = self.ranked(fits)[0], list[ModalFit]()
         while best.claim.acts:
-            less = [
-                fit_claim(
-                    self.measured,
-                    best.claim.less(number),
-                    best.theta[best.claim.hypothesis.parameters_of((number,))],
-                    best.sizes,
-                    inflation=best.inflation,
-                )
-                for number in range(len(best.claim.acts))
-            ]
-            own = self.ranked([item for item in less if item is not None])
+            own = self.ranked(less_one(self.measured, best))
             found += own
             if not own or self.score(own[0]) < self.score(best):
                 break
@@ -284,6 +274,22 @@ def _start(base: ModalFit, trial: Trial) -> Start:
     changed = () if trial.acts == claim.changed else claim.changed
     more = Claim(claim.hypothesis.adding(trial.candidate), (*claim.acts, trial.acts), changed)
     return Start(more, np.append(base.theta, trial.size), base.sizes, base.inflation)
+
+
+def less_one(measured: Measured, item: ModalFit) -> list[ModalFit]:
+    """Return the fits of a fit's claim less one of its causes, each in turn."""
+    claim = item.claim
+    found = [
+        fit_claim(
+            measured,
+            claim.less(number),
+            item.theta[claim.hypothesis.parameters_of((number,))],
+            item.sizes,
+            inflation=item.inflation,
+        )
+        for number in range(len(claim.acts))
+    ]
+    return [own for own in found if own is not None]
 
 
 def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
