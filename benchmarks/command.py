@@ -59,9 +59,9 @@ def benchmark(
     beside the diagnosis stand exhaustive selection by AIC and sparse regression (PySINDy).
 
     With --certificate, 300 blind cases of each chain column and 120 of each bridge column (exact, and off by their
-    uncertainty) are diagnosed, and fewer under ambient vibration, known forces and base motion. Each is kept as soon as
-    it is done, so that the same command goes on after an interruption. Its seeds are for this alone: what it misses is
-    counted, never looked into.
+    uncertainty) are diagnosed, and fewer of bridges far from their drawing or changed before one recording, and under
+    ambient vibration, known forces and base motion. Each is kept as soon as it is done, so that the same command goes
+    on after an interruption. Its seeds are for this alone: what it misses is counted, never looked into.
 
     With --audit, log evidences in closed form, by modes and by series, are held against nested sampling on 40 fits of
     a small chain, and true values against the posteriors of 200 draws each; --quick does a few. The same command goes

@@ -22,7 +22,7 @@ from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_la
 from hybrid.diagnosis.joint.change_gains import gains_of
 from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
 from hybrid.diagnosis.joint.forecasts import FoundMotion
-from hybrid.diagnosis.joint.found import found_beside, found_by_modes, found_instead
+from hybrid.diagnosis.joint.found import Found, found_beside, found_by_modes, found_instead
 from hybrid.diagnosis.joint.look import Look, look_at, rebased
 from hybrid.diagnosis.joint.modes_less_law import measured_less_law
 from hybrid.diagnosis.joint.unsure_modes import ranked_beside
@@ -67,7 +67,7 @@ def diagnosed_of_one_structure(look: Look, tell: Callable[[str], object]) -> Mod
         found = found_by_modes(look.dataset, bare.measured, bare.null)
         if found is None or share_usual(found.track.discrepancy.whole) >= EVEN:
             return _answer(look, bare.searched(tell), tell)
-        known, laws, motion = _with_motion(look, bare)
+        known, laws, motion = _with_motion(look, bare, found)
         return None if laws is None or laws.named is None else _concluded(look, bare, (known, laws, motion), tell)
 
 
@@ -120,14 +120,15 @@ def _of(measured: Measured, null: ModalFit) -> _Searched:
 _Told = tuple[Claims, LawSearch | None, FoundMotion | None]
 
 
-def _with_motion(look: Look, known: _Searched) -> _Told:
+def _with_motion(look: Look, known: _Searched, found: Found | None = None) -> _Told:
     """Return the claims, the search for force laws where the claims leave something of the motion, and the motion by
-    what was found; None where motion tells no laws, or none was left to look for.
+    what was found; None where motion tells no laws, or none was left to look for. ``found``: the motion by the best
+    claim, where it is known.
     """
     dataset, drawn, best = look.dataset, (look.measured, look.drawn), known.fits[0]
     if look.ambient or not may_have_laws(dataset, known.measured):
         return known.claims, None, None
-    found = found_by_modes(dataset, known.measured, best)
+    found = found or found_by_modes(dataset, known.measured, best)
     motion = None if found is None else FoundMotion.of(dataset, drawn, found)
     if found is None or motion is None or motion.is_at_noise or isinstance(dataset.model, LinearModel):
         return known.claims, None, motion
