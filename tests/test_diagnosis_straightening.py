@@ -3,7 +3,7 @@
 import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
-from hybrid.diagnosis.contest.evidence import gather
+from hybrid.diagnosis.contest.evidence import Singles, gather
 from hybrid.diagnosis.contest.setting import setting_of
 
 
@@ -14,7 +14,7 @@ def test_geometry_is_taken_along_a_better_place() -> None:
     """
     case = blind_case(1040008, BlindConfig(("gap_stop",), structure="bridge"))
     (cause,) = case.truth
-    evidence = gather(setting_of(case.dataset), lambda _: None)
+    evidence = gather(Singles.of(setting_of(case.dataset), print), print)
     best, *others = evidence.posterior.fits
     (found,) = best.hypothesis.candidates
     assert best.hypothesis.nominal.geometry is not None

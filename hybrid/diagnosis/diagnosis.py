@@ -19,11 +19,11 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.joint.look import Look, look_at
-from hybrid.diagnosis.joint.modal_diagnosis import diagnosed, diagnosed_of_one_structure
+from hybrid.diagnosis.joint.modal_diagnosis import OneStructure, diagnosed
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import CLEARLY, NEAR
 from hybrid.diagnosis.recorded.amount import limited
-from hybrid.diagnosis.series_diagnosis import diagnose_series
+from hybrid.diagnosis.series_diagnosis import SeriesSearch, diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
 LOOKED = MODAL_STAGES[:2]  # the stages of a first look
@@ -58,17 +58,39 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     if look.ambient:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
-        series = _seen_in(look, _by_series(dataset, tell, LOOKED))
-        if not series.verdict.is_wanting:
-            return series
-        modal = _by_modes(look, tell) if look.differs else diagnosed_of_one_structure(look, tell)
-        return series if modal is None or not _explains(modal) else modal  # by halves every sample tells more
+        return _of_nearly_right(dataset, look, tell)
     modal = _by_modes(look, tell)
     return (
         modal
         if _is_settled(modal) or modal.is_far
         else _better(_seen_in(look, _by_series(dataset, tell, MODAL_STAGES)), modal)
     )
+
+
+def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]) -> Answer:
+    """Return the answer by series, by halves too, as every sample tells more than modes do, unless modes and motion
+    leave nothing open where series do.
+
+    Of a frame series go on for minutes beyond single causes: where these leave most, a force law in its motion is
+    looked for before.
+    """
+    _skip(MODAL_STAGES[len(LOOKED) :], tell)
+    begun, one = SeriesSearch.begun(dataset, tell), OneStructure(look)
+    is_sought = not look.measured.nominal.is_chain and begun.singles.are_hopeless and not one.moves_by_constants
+    if is_sought:
+        tell("a force law in the motion")
+        law = one.by_law()
+        if law is not None and _explains(law):
+            _skip(SERIES_STAGES, tell)
+            return law
+    series = _seen_in(look, begun.finished(tell))
+    if not series.verdict.is_wanting or is_sought:
+        return series
+    if look.differs:
+        modal: ModalDiagnosis | None = _by_modes(look, tell)
+    else:
+        modal = one.by_all(tell) if one.moves_by_constants else one.by_law()
+    return modal if modal is not None and _explains(modal) else series
 
 
 def _by_series(dataset: Dataset, tell: Callable[[str], object], done: tuple[str, ...] = ()) -> Diagnosis:

@@ -9,6 +9,7 @@ from fe_models.causes.candidate import Candidate
 from fe_models.errors import InputError
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of
 from hybrid.diagnosis.contest.growing import reference_fits_of
+from hybrid.diagnosis.contest.pairs import is_hopeless
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.contest.stages import Search, forecasts_well
@@ -79,10 +80,32 @@ class Evidence:
         return item if self.noise_model is self.searched else in_units_of(self.searched, item, self.noise_model)
 
 
-def gather(setting: Setting, tell: Callable[[str], object]) -> Evidence:
+@dataclass(frozen=True, eq=False)
+class Singles:
+    """The ``fits`` in a ``setting`` without any cause and of each alone, from which a ``search`` goes on."""
+
+    setting: Setting
+    search: Search
+    fits: list[Fit]
+
+    @classmethod
+    def of(cls, setting: Setting, tell: Callable[[str], object]) -> "Singles":
+        """Return them; ``tell`` hears the name of the stage (`stage_names`), and what is done in it."""
+        tell("single causes")
+        return cls(setting, *_single_causes(setting, tell))
+
+    @property
+    def are_hopeless(self) -> bool:
+        """Whether the best of them leaves more than noise, and so much that it is hardly right: of a frame the search
+        goes on for minutes then.
+        """
+        best = self.search.posterior(self.fits).fits[0]
+        return is_hopeless(best, self.fits[0]) and self.search.is_wanting(best)
+
+
+def gather(singles: Singles, tell: Callable[[str], object]) -> Evidence:
     """Return the evidence; ``tell`` hears the name of each stage (`stage_names`), and what is done in it."""
-    tell("single causes")
-    search, fits = _single_causes(setting, tell)
+    setting, search, fits = singles.setting, singles.search, singles.fits
     for stage, name in zip(STAGES, SEARCH, strict=True):
         tell(name)
         known = search.posterior(fits).fits[0]

@@ -5,6 +5,7 @@ It needs no nearly right model: nominal values may be off by far more than was s
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from time import perf_counter
 
 import numpy as np
@@ -56,29 +57,52 @@ def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
         return _answer(look, _of(*rebased(look.dataset, look.measured, look.drawn)).searched(tell), tell)
 
 
-def diagnosed_of_one_structure(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis | None:
-    """Return what modes and motion add where all series together leave something open, and recordings are of one
-    structure: None where they add nothing.
-
-    Where its motion is not that of constant values, in no recording, no linear cause makes it so: a law alone may.
+@dataclass(frozen=True, eq=False)
+class OneStructure:
+    """What modes and motion add where all series together leave something open, of recordings of one structure that
+    were looked at (``look``).
     """
-    with threadpool_limits(THREADS.linear_algebra, "blas"):
-        bare = _of(*rebased(look.dataset, look.measured, look.drawn))
-        found = found_by_modes(look.dataset, bare.measured, bare.null)
-        if found is None or share_usual(found.track.discrepancy.whole) >= EVEN:
-            return _answer(look, bare.searched(tell), tell)
-        known, laws, motion = _with_motion(look, bare, found)
-        return None if laws is None or laws.named is None else _concluded(look, bare, (known, laws, motion), tell)
+
+    look: Look
+
+    @cached_property
+    def _bare(self) -> "_Searched":
+        return _of(*rebased(self.look.dataset, self.look.measured, self.look.drawn))
+
+    @cached_property
+    def _moving(self) -> Found | None:
+        with threadpool_limits(THREADS.linear_algebra, "blas"):
+            return found_by_modes(self.look.dataset, self._bare.measured, self._bare.null)
+
+    @property
+    def moves_by_constants(self) -> bool:
+        """Whether the motion of each recording is that of constant values, or not known: where it is not, no linear
+        cause makes it so; a law may.
+        """
+        return self._moving is None or share_usual(self._moving.track.discrepancy.whole) >= EVEN
+
+    def by_law(self) -> ModalDiagnosis | None:
+        """Return the diagnosis by a force law in the place of all linear causes; None where none is named."""
+        with threadpool_limits(THREADS.linear_algebra, "blas"):
+            told = _with_motion(self.look, self._bare, self._moving)
+            laws = told[1]
+            return None if laws is None or laws.named is None else _concluded(self.look, self._bare, told)
+
+    def by_all(self, tell: Callable[[str], object]) -> ModalDiagnosis:
+        """Return the diagnosis by all causes that modes and motion tell; ``tell`` hears what is done."""
+        with threadpool_limits(THREADS.linear_algebra, "blas"):
+            return _answer(self.look, self._bare.searched(tell), tell)
 
 
 def _answer(look: Look, by_modes: "_Searched", tell: Callable[[str], object]) -> ModalDiagnosis:
     tell("force laws")
-    return _concluded(look, by_modes, _with_motion(look, by_modes), tell)
-
-
-def _concluded(look: Look, by_modes: "_Searched", told: "_Told", tell: Callable[[str], object]) -> ModalDiagnosis:
-    claims, laws, motion = told
+    told = _with_motion(look, by_modes)
     tell("forecasts by modes")
+    return _concluded(look, by_modes, told)
+
+
+def _concluded(look: Look, by_modes: "_Searched", told: "_Told") -> ModalDiagnosis:
+    claims, laws, motion = told
     if motion is not None and motion.found.law is None:  # a law would have to be taken along
         claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
     answer = concluded(claims, laws, motion, look.dataset.sensors)
