@@ -18,8 +18,10 @@ from hybrid.diagnosis.track_record import certified
 from hybrid.diagnosis.track_record.certified import Bin, Certified, Column, Share, install, installed_of
 from hybrid.diagnosis.track_record.likeness import Kind, column_like, kind_of
 from hybrid.diagnosis.track_record.trust import LEAST, trust_in
+from hybrid.identification.identification import Identification
 from hybrid.report.badge import badge_of
 from tests.pages import answer_by_modes, answer_by_series, chain_dataset, found_in
+from tests.test_comparison_tables import IDENTIFIED, POLES
 
 ROOT = Path(__file__).parents[1]
 NONE = Share(0, 0, (0.0, 1.0))
@@ -73,6 +75,14 @@ def test_a_kind_is_what_was_diagnosed_and_what_moved_it(data: Dataset) -> None:
         kind = kind_of(moved(data, **how), found)
         assert isinstance(kind, Kind)
         assert kind.excitation == word
+
+
+def test_what_the_recordings_show_of_their_forces_counts_before_what_is_stated(data: Dataset) -> None:
+    known = {own.name: Identification(IDENTIFIED, POLES, is_ambient=True) for own in data.recordings}
+    found = replace(answer_by_series(data, found_in(data)), identified=known)
+    kind = kind_of(data, found)
+    assert isinstance(kind, Kind)
+    assert kind.excitation == "ambient"
 
 
 def test_groups_that_are_off_make_a_drawing_a_far_one(data: Dataset) -> None:

@@ -41,14 +41,15 @@ class Kind:
 def kind_of(dataset: Dataset, found: Answer) -> Kind | str:
     """Return the kind of an answer about a ``dataset``; or why the certificate has none such.
 
-    No drawing is exact: one that the answer does not call far off counts as off by its uncertainty.
+    What moved it is what the answer went by, which recordings may show to be another than is stated. No drawing is
+    exact: one that the answer does not call far off counts as off by its uncertainty.
     """
     if not isinstance(dataset.model, Structure):
         return MATRICES
     train = dataset.select("train")
     if dataset.modes or not train:
         return LISTED
-    moved = {_excitation(recording) for recording in train}
+    moved = {_excitation(recording, found) for recording in train}
     if len(moved) > 1:
         return SEVERAL
     is_far = isinstance(found, ModalDiagnosis) and bool(found.groups)
@@ -81,7 +82,11 @@ def words_of(column: Column) -> str:
     return f"simulated {STRUCTURES[column.structure]} {MOVED[column.excitation]}, {DRAWINGS[column.tier]}{acts}"
 
 
-def _excitation(recording: Recording) -> str:
+def _excitation(recording: Recording, found: Answer) -> str:
+    """Return what moved a structure, as the answer took it: unknown forces where the motion does not die away."""
     if recording.base:
         return "base"
-    return "measured" if recording.is_driven else recording.excitation or "free"
+    if recording.is_driven:
+        return "measured"
+    taken = found.identified.get(recording.name)
+    return "ambient" if taken is not None and taken.is_ambient else recording.excitation or "free"
