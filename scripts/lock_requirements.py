@@ -10,6 +10,7 @@ import re
 import subprocess
 import sys
 import tomllib
+from argparse import ArgumentParser
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -48,6 +49,13 @@ def resolved(project: dict[str, Any]) -> list[str]:
     return re.findall(r"^\S.*(?:\n .*)*\n", text, re.MULTILINE)
 
 
+def digest(word: str) -> str:
+    """Return a SHA-256 in hexadecimal digits; `ValueError` where it is none."""
+    if not re.fullmatch(r"[0-9a-f]{64}", word):
+        raise ValueError(word)
+    return word
+
+
 def main(digests: list[str]) -> int:
     """Write the locks; return the exit status."""
     entries = resolved(wanted())
@@ -65,4 +73,6 @@ def _write(lock: Path, entries: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))
+    parser = ArgumentParser(description="Write the locks that 'make setup' installs from.")
+    parser.add_argument("digests", nargs="+", type=digest, metavar="CPU_WHEEL_SHA256", help="of torch without CUDA")
+    sys.exit(main(parser.parse_args().digests))
