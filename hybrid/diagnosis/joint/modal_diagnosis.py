@@ -83,11 +83,8 @@ class OneStructure:
 
     def by_law(self) -> ModalDiagnosis | None:
         """Return the diagnosis by a force law in the place of all linear causes; None where none is named."""
-        if self._moving is None or not _may_have_laws(self.look, self._bare):
-            return None
         with threadpool_limits(THREADS.linear_algebra, "blas"):
-            motion = FoundMotion.of(self.look.dataset, (self.look.measured, self.look.drawn), self._moving)
-            told = _with_laws(self.look, self._bare, motion)
+            told = _with_motion(self.look, self._bare, self._moving)
             laws = told[1]
             return None if laws is None or laws.named is None else _concluded(self.look, self._bare, told)
 
@@ -147,31 +144,19 @@ def _of(measured: Measured, null: ModalFit) -> _Searched:
 _Told = tuple[Claims, LawSearch | None, FoundMotion | None]
 
 
-def _with_motion(look: Look, known: _Searched) -> _Told:
+def _with_motion(look: Look, known: _Searched, found: Found | None = None) -> _Told:
     """Return the claims, the search for force laws where the claims leave something of the motion, and the motion by
-    what was found; None where motion tells no laws, or none was left to look for.
+    what was found; None where motion tells no laws, or none was left to look for. ``found``: the motion by the best
+    claim, where it is known.
     """
-    if not _may_have_laws(look, known):
+    dataset, drawn, best = look.dataset, (look.measured, look.drawn), known.fits[0]
+    if look.ambient or not may_have_laws(dataset, known.measured):
         return known.claims, None, None
-    found = found_by_modes(look.dataset, known.measured, known.fits[0])
-    motion = None if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
-    if motion is None or motion.is_at_noise or isinstance(look.dataset.model, LinearModel):
+    found = found or found_by_modes(dataset, known.measured, best)
+    motion = None if found is None else FoundMotion.of(dataset, drawn, found)
+    if found is None or motion is None or motion.is_at_noise or isinstance(dataset.model, LinearModel):
         return known.claims, None, motion
-    return _with_laws(look, known, motion)
-
-
-def _may_have_laws(look: Look, known: _Searched) -> bool:
-    return not look.ambient and may_have_laws(look.dataset, known.measured)
-
-
-def _with_laws(look: Look, known: _Searched, motion: FoundMotion) -> _Told:
-    """Return the claims, the search for force laws in a ``motion`` by the best of them, and the motion by what was
-    found.
-    """
-    dataset, drawn, found = look.dataset, (look.measured, look.drawn), motion.found
-    laws = laws_in(
-        dataset, drawn, (known.measured, known.null), found.track, known.search.log_odds(known.fits[0].claim)
-    )
+    laws = laws_in(dataset, drawn, (known.measured, known.null), found.track, known.search.log_odds(best.claim))
     if laws.named is None:
         return _beside_unknown(look, known, laws, motion)
     if not laws.replaces_causes:
