@@ -21,6 +21,8 @@ from fe_models.arrays import FloatArray
 
 WIDER = 3.0  # times the fit's standard deviations
 LIVE = 100  # points: errors of some tenths of log Z
+ENLARGED = 3.0  # times its volume: the least ellipsoid about all live points, so that it holds what they are drawn of;
+# bootstraps make it so large in seven dimensions that one of 25 draws is inside
 ENOUGH = 0.05  # of log Z, that is left where sampling ends
 LEAST = 1e-15  # of a side of the unit cube: a normal value of 8
 NOTHING = -1e100  # log density beyond a bound, or where a structure does not stand
@@ -75,9 +77,9 @@ def sampled(target: Target, seed: int, live: int = LIVE) -> Sampled:
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of the sampler's own arithmetic, where next to nothing weighs
-        sampler = NestedSampler(
-            log_weighed, place, size, nlive=live, bound="single", sample="unif", rstate=np.random.default_rng(seed)
-        )
+        rng = np.random.default_rng(seed)
+        bounded = {"bound": "single", "sample": "unif", "bootstrap": 0, "enlarge": ENLARGED}
+        sampler = NestedSampler(log_weighed, place, size, nlive=live, rstate=rng, **bounded)
         sampler.run_nested(dlogz=ENOUGH, print_progress=False)
     found = sampler.results
     return Sampled(float(found.logz[-1]), float(found.logzerr[-1]), int(np.sum(found.ncall)))

@@ -60,19 +60,20 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
         return _of_nearly_right(dataset, look, tell)
     modal = _by_modes(look, tell)
-    return (
-        modal
-        if _is_settled(modal) or modal.is_far
-        else _better(_seen_in(look, _by_series(dataset, tell, MODAL_STAGES)), modal)
-    )
+    if _is_settled(modal) or modal.is_far:
+        return modal
+    _skip(MODAL_STAGES, tell)
+    begun = SeriesSearch.begun(dataset, tell)
+    strays = bool(modal.considered_laws) and not look.measured.nominal.is_chain and begun.singles.are_hopeless
+    return _better(_seen_in(look, begun.finished(tell, pairs=not strays)), modal)
 
 
 def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]) -> Answer:
     """Return the answer by series, by halves too, as every sample tells more than modes do, unless modes and motion
     leave nothing open where series do.
 
-    Of a frame series go on for minutes beyond single causes: where these leave most, a force law in its motion is
-    looked for before.
+    Of a frame series go on for minutes beyond single causes. Where these leave most, and the motion is of no constant
+    values, a force law in it is looked for before; where none explains it, two causes at once are not tried.
     """
     _skip(MODAL_STAGES[len(LOOKED) :], tell)
     begun, one = SeriesSearch.begun(dataset, tell), OneStructure(look)
@@ -83,7 +84,7 @@ def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]
         if law is not None and _explains(law):
             _skip(SERIES_STAGES, tell)
             return law
-    series = _seen_in(look, begun.finished(tell))
+    series = _seen_in(look, begun.finished(tell, pairs=not is_sought))
     if not series.verdict.is_wanting or is_sought:
         return series
     if look.differs:

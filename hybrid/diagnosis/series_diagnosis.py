@@ -33,11 +33,11 @@ class SeriesSearch:
             tell("recordings")
             return cls(dataset, Singles.of(setting_of(dataset), tell))
 
-    def finished(self, tell: Callable[[str], object]) -> Diagnosis:
-        """Return the diagnosis, with all that is tried beyond causes alone."""
+    def finished(self, tell: Callable[[str], object], pairs: bool = True) -> Diagnosis:
+        """Return the diagnosis, with all that is tried beyond causes alone; ``pairs``: see `gather`."""
         setting = self.singles.setting
         with threadpool_limits(THREADS.linear_algebra, "blas"):
-            evidence = gather(self.singles, tell)
+            evidence = gather(self.singles, tell, pairs)
             told = course_told(setting, evidence)
             if told is not None:
                 course, note = told

@@ -41,6 +41,7 @@ STAGES = (
     Search.alone,
     Search.anew,
 )
+OF_PAIRS = (Search.together, Search.in_groups)
 GEOMETRIC = (
     "motions are so large that the frame's geometry shows: what it adds to a linear model was taken into account"
 )
@@ -103,11 +104,16 @@ class Singles:
         return is_hopeless(best, self.fits[0]) and self.search.is_wanting(best)
 
 
-def gather(singles: Singles, tell: Callable[[str], object]) -> Evidence:
-    """Return the evidence; ``tell`` hears the name of each stage (`stage_names`), and what is done in it."""
+def gather(singles: Singles, tell: Callable[[str], object], pairs: bool = True) -> Evidence:
+    """Return the evidence; ``tell`` hears the name of each stage (`stage_names`), and what is done in it.
+
+    ``pairs``: whether two causes at once are tried, which takes minutes of a frame.
+    """
     setting, search, fits = singles.setting, singles.search, singles.fits
     for stage, name in zip(STAGES, SEARCH, strict=True):
         tell(name)
+        if stage in OF_PAIRS and not pairs:
+            continue
         known = search.posterior(fits).fits[0]
         fits = [*fits, *stage(search, fits)]
         search, fits = _straightened_anew(search, fits, known, setting.geometries)
