@@ -10,7 +10,7 @@ from typer.testing import CliRunner
 from benchmarks.audit import by_modes, by_series
 from benchmarks.audit.chain import COUNT, Problem
 from benchmarks.audit.nested import Target, sampled
-from benchmarks.audit.ranks import DRAWS, PASSES, ranks_of, uniform
+from benchmarks.audit.ranks import DRAWS, PASSES, draws_of, ranks_of, uniform
 from benchmarks.audit.run import Compared, evidence_table, rank_table
 from fe_models.arrays import FloatArray
 from scripts.benchmark import app
@@ -60,7 +60,7 @@ def test_ranks_are_even_where_posteriors_are_right_alone(narrower: float, passes
     for _ in range(300):
         truth = rng.standard_normal(1)
         seen = truth + rng.standard_normal(1)
-        found.append(ranks_of(["size"], truth, seen / 2, np.eye(1) / 2 / narrower**2, rng)["size"])
+        found.append(ranks_of(["size"], truth, draws_of(seen / 2, np.eye(1) / 2 / narrower**2, rng))["size"])
     (own,) = uniform({"size": found})
     assert sum(own.counts) == 300
     assert (own.p > PASSES) is passes

@@ -7,7 +7,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.errors import SPREADS
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.search import null_fit
-from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
+from hybrid.diagnosis.modal.unsure_sizes import over_sizes, with_unsure_sizes
 from tests.test_modal_evidence import chain, dataset, measured_of, modes_of, off
 
 __all__ = ["dataset"]  # a fixture
@@ -40,3 +40,17 @@ def test_the_same_fit_gives_the_same_bits(dataset: Dataset) -> None:
     _, one = widened(dataset, 1)
     _, other = widened(dataset, 1)
     np.testing.assert_array_equal(one.covariance, other.covariance)
+
+
+def test_draws_have_the_covariance_that_is_reported(dataset: Dataset) -> None:
+    rng = np.random.default_rng(3)
+    factors = off(rng)
+    measured = measured_of(dataset, modes_of(chain(factors), "r0", rng))
+    found = null_fit(measured)
+    assert found is not None
+    posterior = over_sizes(measured, found)
+    assert posterior is not None
+    drawn = posterior.draws(4000, np.random.default_rng(1))
+    np.testing.assert_allclose(
+        drawn.std(axis=0), errors(with_unsure_sizes(measured, found)), rtol=0.1
+    )  # 2 %, heavy tails

@@ -12,7 +12,7 @@ from scipy.linalg import solve_triangular
 
 from benchmarks.audit.chain import COUNT, RATE, SENSORS, Problem, log_normal
 from benchmarks.audit.nested import Target
-from benchmarks.audit.ranks import ranks_of
+from benchmarks.audit.ranks import DRAWS, draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.modal.claim import Claim, Measured
@@ -23,7 +23,7 @@ from hybrid.diagnosis.modal.outlying import log_prior_in
 from hybrid.diagnosis.modal.paired_rows import free_values, log_density_of_outliers, rows_of, values_of
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search
-from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
+from hybrid.diagnosis.modal.unsure_sizes import over_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 RECORDINGS = ("r1", "r2")
@@ -105,7 +105,8 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
         return {}
     null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
-    return _ranks(measured, theta, item and with_unsure_sizes(measured, item), rng)
+    posterior = None if item is None else over_sizes(measured, item)
+    return {} if item is None or posterior is None else _ranks(measured, theta, item, posterior.draws(DRAWS, rng))
 
 
 def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
@@ -113,7 +114,9 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
     rng, sizes, hypothesis, theta, measured = _drawn(problem, seed)
     claim = Claim(hypothesis, (tuple(range(len(RECORDINGS))),))
     item = fit_claim(measured, claim, theta, sizes, errors_too=False) if measured.recordings else None
-    return _ranks(measured, theta, item, rng)
+    if item is None:
+        return {}
+    return _ranks(measured, theta, item, draws_of(item.theta, item.covariance, rng))
 
 
 def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, Measured]:
@@ -125,13 +128,11 @@ def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes
     return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)
 
 
-def _ranks(
-    measured: Measured, theta: FloatArray, item: ModalFit | None, rng: np.random.Generator
-) -> dict[str, list[int]]:
-    if item is None or len(item.pairs) < len(RECORDINGS) * COUNT:
+def _ranks(measured: Measured, theta: FloatArray, item: ModalFit, draws: FloatArray) -> dict[str, list[int]]:
+    if len(item.pairs) < len(RECORDINGS) * COUNT:
         return {}
     kinds = [*measured.kind, item.claim.hypothesis.candidates[0].kind]
-    return ranks_of(kinds, theta, item.theta, item.covariance, rng)
+    return ranks_of(kinds, theta, draws)
 
 
 def _bare(problem: Problem) -> Measured:

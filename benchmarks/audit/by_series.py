@@ -11,7 +11,7 @@ import numpy as np
 
 from benchmarks.audit.chain import RATE, SAMPLES, SENSORS, Problem, log_normal
 from benchmarks.audit.nested import Target
-from benchmarks.audit.ranks import ranks_of
+from benchmarks.audit.ranks import draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
@@ -73,7 +73,7 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
     nominal = problem.nominal
     kinds = [part.quantity for part in nominal.parts] + ["damping"] * len(nominal.ratios)
     kinds += ["dispersion"] * (hypothesis.nuisances - len(kinds)) + [hypothesis.candidates[0].kind]
-    return ranks_of(kinds, theta, item.theta, item.covariance, rng)
+    return ranks_of(kinds, theta, draws_of(item.theta, item.covariance, rng))
 
 
 def _recorded(hypothesis: Hypothesis, theta: FloatArray, rng: np.random.Generator) -> tuple[Batch, NoiseModel]:

@@ -25,15 +25,19 @@ class Uniform:
     p: float
 
 
-def ranks_of(
-    kinds: Sequence[str], truth: FloatArray, mean: FloatArray, covariance: FloatArray, rng: np.random.Generator
-) -> dict[str, list[int]]:
-    """Return the ranks of the ``truth`` (parameter,) among draws of the posterior, by the ``kinds`` of parameters."""
-    draws = rng.multivariate_normal(mean, covariance, DRAWS, method="eigh")
+def ranks_of(kinds: Sequence[str], truth: FloatArray, draws: FloatArray) -> dict[str, list[int]]:
+    """Return the ranks of the ``truth`` (parameter,) among ``draws`` (draw, parameter) of the posterior, by the
+    ``kinds`` of parameters.
+    """
     found: dict[str, list[int]] = {}
     for kind, below in zip(kinds, (draws < truth).sum(axis=0).tolist(), strict=False):
         found.setdefault(kind, []).append(int(below))
     return found
+
+
+def draws_of(mean: FloatArray, covariance: FloatArray, rng: np.random.Generator) -> FloatArray:
+    """Return draws (draw, parameter) of a normal posterior."""
+    return rng.multivariate_normal(mean, covariance, DRAWS, method="eigh")
 
 
 def uniform(ranks: Mapping[str, Sequence[Sequence[int]]]) -> list[Uniform]:

@@ -8,7 +8,6 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import ChangeCandidate, LawCandidate
-from fe_models.causes.wording import at_place
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.joint.found import Found
@@ -210,8 +209,3 @@ def _state(measured: Measured, best: ModalFit, group: list[int]) -> State:
     names = tuple(measured.recordings[recording].name for recording in group)
     frequencies, errors, ratios = zip(*rows, strict=True) if rows else ((), (), ())
     return State(names, frequencies, errors, ratios)
-
-
-def place_of(finding: Finding) -> str:
-    """Return kind and place of a finding in words."""
-    return f"{finding.cause.kind.replace('_', ' ')} {at_place(finding.cause.location)}"

@@ -4,7 +4,7 @@ Their logarithms are normal about the most likely ones, with the curvature of th
 (Laplace); a fit's covariance is that of a mixture over such sizes: what it is on average, and how the best values move.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -16,14 +16,43 @@ from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 
 
+@dataclass(frozen=True, eq=False)
+class OverSizes:
+    """A posterior over all sizes of errors, each as probable as any other: the best values (size, parameter) of each,
+    ``theta``, and their ``covariances`` (size, parameter, parameter).
+    """
+
+    theta: FloatArray
+    covariances: FloatArray
+
+    @property
+    def covariance(self) -> FloatArray:
+        """The covariance (parameter, parameter) of the whole."""
+        return np.asarray(self.covariances.mean(axis=0) + np.cov(self.theta.T, ddof=0))
+
+    def draws(self, count: int, rng: np.random.Generator) -> FloatArray:
+        """Return ``count`` draws (draw, parameter) of it."""
+        which = rng.integers(len(self.theta), size=count)
+        drawn = [rng.multivariate_normal(self.theta[k], self.covariances[k], method="eigh") for k in which]
+        return np.array(drawn)
+
+
 def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
+    found = over_sizes(measured, item)
+    return item if found is None else replace(item, covariance=found.covariance)
+
+
+def over_sizes(measured: Measured, item: ModalFit) -> OverSizes | None:
+    """Return the posterior of a fit's values over all sizes of errors that they leave open; None where no numbers hold
+    these.
+    """
     if not len(item.pairs):
-        return item
+        return None
     try:
         logs, root = np.log(item.sizes.values), _root_of_covariance(item)
     except np.linalg.LinAlgError:
-        return item
+        return None
     drawn = np.random.default_rng(0).standard_normal((UNSURE_SIZES.draws // 2, len(logs)))
     least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
     within, moved = list[FloatArray](), list[FloatArray]()
@@ -33,10 +62,8 @@ def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
         except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
             continue
         within.append(own.covariance)
-        moved.append(step_of(measured, own))
-    if not within:
-        return item
-    return replace(item, covariance=np.mean(within, axis=0) + np.cov(np.array(moved).T, ddof=0))
+        moved.append(item.theta + step_of(measured, own))
+    return OverSizes(np.array(moved), np.array(within)) if within else None
 
 
 def _root_of_covariance(item: ModalFit) -> FloatArray:
