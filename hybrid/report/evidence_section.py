@@ -24,7 +24,7 @@ from hybrid.report.seen import Seen, extended_model, paired_modes_of
 from hybrid.report.values import NOTHING, change, fixed, measured, number, off, sentence, share
 
 MOST_ROWS = 40  # of a table of modes
-NO_MODES = "No measured mode could be paired with one of the structure."
+NO_MODES = "No mode that a recording shows by itself could be paired with one of the structure."
 OF_MODES = (
     "± is one standard deviation; in brackets how far the structure's frequency is off the measured one. MAC: how alike"
     " the shapes are at the sensors, 1 where they are the same."
