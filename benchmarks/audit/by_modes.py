@@ -51,7 +51,7 @@ class _Density:
         """All rows, with nominal values that move none of them: they are not marginalised here."""
         still = np.zeros((len(self.item.residual), self.item.nuisances))
         known = (self.measured, self.item.claim, self.item.pairs, self._values[1], still)
-        return rows_of(*known, self.item.claim.hypothesis, self.item.inflation)
+        return rows_of(*known, self.item.inflation)
 
     @cached_property
     def _lower(self) -> FloatArray:

@@ -27,6 +27,10 @@ from hybrid.diagnosis.series_diagnosis import SeriesSearch, diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
 LOOKED = MODAL_STAGES[:2]  # the stages of a first look
+MODES_ALONE = (
+    "the modes that the dataset lists are what was diagnosed; its recordings were not used: leave [[modes]] out to have"
+    " them identified from these, with force laws and forecasts"
+)
 
 
 def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -> Answer:
@@ -45,7 +49,10 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
-    if dataset.modes or not isinstance(dataset.model, Structure):
+    if dataset.modes:
+        found = _by_modes(look_at(dataset, tell), tell)
+        return replace(found, notes=(*found.notes, MODES_ALONE)) if dataset.recordings else found
+    if not isinstance(dataset.model, Structure):
         return _by_modes(look_at(dataset, tell), tell)
     if _only_series_tell(dataset.model, dataset):
         return _by_series(dataset, tell)
@@ -64,8 +71,8 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
         return modal
     _skip(MODAL_STAGES, tell)
     begun = SeriesSearch.begun(dataset, tell)
-    strays = bool(modal.considered_laws) and not look.measured.nominal.is_chain and begun.singles.are_hopeless
-    return _better(_seen_in(look, begun.finished(tell, pairs=not strays)), modal)
+    hopeless = modal.strays and not look.measured.nominal.is_chain and begun.singles.are_hopeless
+    return _better(_seen_in(look, begun.finished(tell, pairs=not hopeless)), modal)
 
 
 def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]) -> Answer:

@@ -119,9 +119,9 @@ def _row(mode: PairedMode) -> str:
 
 
 def _beside(frequency: float | None, criterion: float | None, measured: float) -> tuple[str, str]:
-    if frequency is None or criterion is None:
+    if frequency is None:
         return "-", "-"
-    return f"{frequency:.4g} ({frequency / measured - 1:+.1%})", f"{criterion:.3f}"
+    return f"{frequency:.4g} ({frequency / measured - 1:+.1%})", "-" if criterion is None else f"{criterion:.3f}"
 
 
 def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:

@@ -73,6 +73,11 @@ class Forecaster:
         motions = [(item.space, item.motion) for item in known]
         return replace(loose, discrepancy=likeliest(motions, STARTED, DISCREPANCY.factors))
 
+    def of_state(self, number: int) -> "Forecaster":
+        """Return the forecaster of recordings that are known to be of one state, by its number."""
+        only = slice(number, number + 1)
+        return replace(self, spaces=self.spaces[only], systems=self.systems[only], spreads=self.spreads[only])
+
     def begun(self, batch: Batch, number: int) -> "Begun":
         """Return how a recording of a batch begins: its first fifth, by the space with which this is most probable."""
         (own,) = columns_of((batch,), self.roles.measured)

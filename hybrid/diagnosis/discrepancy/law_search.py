@@ -144,7 +144,8 @@ def _concluded(item: Track, nominal: NominalModel, fits: Sequence[LawFit], odds:
     found = weights[:-1] * right
     usual, rest = share_usual(item.discrepancy.whole), float(weights[:-1].sum() - found.sum())
     none, other = float(weights[-1]) + usual * rest, (1 - usual) * rest
-    return LawSearch(item, nominal, tuple(fits[number] for number in order), found, none, other)
+    first = np.argsort(-found, kind="stable")
+    return LawSearch(item, nominal, tuple(fits[number] for number in order[first]), found[first], none, other)
 
 
 def share_right(before: float, after: float) -> float:

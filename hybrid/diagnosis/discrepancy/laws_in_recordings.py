@@ -1,4 +1,4 @@
-"""Force laws in the recordings of a dataset: searched for before modes are asked for other causes, and taken away."""
+"""Force laws in the recordings of a dataset: searched for once modes were asked for causes, and taken away."""
 
 from dataclasses import dataclass, replace
 
@@ -89,12 +89,18 @@ def _searched(item: Track, measured: Measured, samples: int) -> LawSearch:
 
 
 def _of_all(laws: LawSearch, item: Track) -> LawSearch:
-    """Return the search with the law that is named, if any, fitted to the whole of the motions of a track."""
+    """Return the search with the law that is named, if any, fitted to the whole of the motions of a track; without one
+    that cannot follow these.
+    """
     nominal, named = laws.nominal, laws.named
-    if named is None or len(laws.track.followed[0].data) == len(item.followed[0].data):
+    seen = [len(own.data) for own in laws.track.followed]
+    if named is None or seen == [len(own.data) for own in item.followed]:
         return laws
     whole = settled_law(fit_law(item, nominal, named.candidate, named.theta), nominal)
-    return replace(laws, track=item, fits=(whole, *laws.fits[1:]))
+    if np.isfinite(whole.evidence):
+        return replace(laws, track=item, fits=(whole, *laws.fits[1:]))
+    lost, rest = float(laws.probabilities[0]), laws.probabilities[1:]
+    return _of_all(replace(laws, fits=laws.fits[1:], probabilities=rest, other=laws.other + lost), item)
 
 
 def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:

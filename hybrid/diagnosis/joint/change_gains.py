@@ -39,8 +39,8 @@ def gains_of(dataset: Dataset, measured: Measured, best: ModalFit) -> dict[int, 
         pairs = [_scores(dataset, known[own], best, number, own) for own in best.claim.acts[number]]
         both = [pair for pair in pairs if pair is not None]
         if both:
-            without, within = (sum(score.excess for score in some) for some in zip(*both, strict=True))
-            found[number] = 1 - share(within, without)
+            without, with_change = (sum(score.excess for score in some) for some in zip(*both, strict=True))
+            found[number] = 1 - share(with_change, without)
     return found
 
 
@@ -54,9 +54,11 @@ def _unseeing(dataset: Dataset, measured: Measured, recording: int) -> Measured 
         shown = identify(begun, measured.rate, slowest, dataset.lowpass or measured.rate / 2, own.excitation)
     except InputError:
         return None
-    modes = [*measured.recordings]
-    modes[recording] = MeasuredModes.of(own.name, shown.modes)
-    return replace(measured, recordings=tuple(modes))
+    begin = MeasuredModes.of(own.name, shown.modes)
+    if not len(begin.log_omega):
+        return None
+    every = (*measured.recordings[:recording], begin, *measured.recordings[recording + 1 :])
+    return replace(measured, recordings=every)
 
 
 def _scores(
@@ -67,21 +69,25 @@ def _scores(
         return None
     kept = best.claim.hypothesis.parameters_of((number,))
     both = [(best.claim.less(number), best.theta[kept]), (best.claim, best.theta)]
-    spaces = [_space_of(dataset, unseeing, best, claim, theta, recording) for claim, theta in both]
-    if any(space is None for space in spaces):
+    spaces = [_spaces_of(dataset, unseeing, best, claim, theta, recording) for claim, theta in both]
+    if not all(spaces):
         return None
     tested = kept_for_testing(dataset, [recording])
-    without, within = (scored_by([space], unseeing, tested) for space in spaces if space is not None)
-    return without, within
+    without, with_change = (scored_by(own, unseeing, tested, state=0) for own in spaces)
+    return without, with_change
 
 
-def _space_of(
+def _spaces_of(
     dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: FloatArray, recording: int
-) -> ModalSpace | None:
-    """Return the modes that a recording has by a claim that is fitted anew."""
+) -> list[ModalSpace]:
+    """Return the modes that a recording has by a claim that is fitted anew, and then those of the others that it says
+    are of another state; none where the structure does not stand.
+    """
     inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
     fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, False, inflation)
     if fit is None:
-        return None
-    expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording,)))
-    return None if expected is None else as_identified(measured, fit, expected).modes[0].space
+        return []
+    others = {claim.off(own): own for own in range(len(measured.recordings))}
+    others.pop(claim.off(recording))
+    expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
+    return [] if expected is None else [own.space for own in as_identified(measured, fit, expected).modes]

@@ -66,7 +66,8 @@ class ModalDiagnosis:
     laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
     findings, the last ones, are groups that are off; ``next_measurement``: which would decide between rivals, None
     where there are none. Which kinds of causes ``competed``; what was ``considered``, most probable first, and
-    ``considered_laws``, where these were sought; what was ``identified`` in the recordings, by their names.
+    ``considered_laws``, where these were sought; whether the motion ``strays`` from that of constant values by more
+    than any law explains; what was ``identified`` in the recordings, by their names.
     """
 
     verdict: Verdict
@@ -85,6 +86,7 @@ class ModalDiagnosis:
     competed: tuple[str, ...] = ()
     considered: tuple[Considered, ...] = ()
     considered_laws: tuple[Considered, ...] = ()
+    strays: bool = False
     identified: Mapping[str, Identification] = field(default_factory=dict)
 
     @property
@@ -141,7 +143,7 @@ def concluded(
     theta[:first] += measured.offset
     drawn = as_drawn(measured, best)
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
-    beyond = max(misfit_of(measured, best) - rows, 0.0)  # of what chance leaves
+    beyond = max(misfit_of(measured, best, best) - rows, 0.0)  # of what chance leaves
     left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
     if at_noise:  # of modes that hardly differ from the drawn ones any share may be left
         left = min(left, at_noise.unexplained)
@@ -157,7 +159,7 @@ def concluded(
     # as far off as values may be here, the scale being one of many
     widened = replace(nominal, spread=np.exp(SPREADS.max()) * best.rows.scales(best.sizes))
     return ModalDiagnosis(
-        verdict=_verdict(best, (*local, *groups), left, after, listed),
+        verdict=_verdict(measured, best, (*local, *groups), left, after, listed),
         findings=(*local, *groups),
         calibration=calibration_of(widened, theta, best.covariance),
         unexplained=left,
@@ -172,6 +174,7 @@ def concluded(
         next_measurement=next_by_modes(measured, fits, probability, present),
         considered=considered_by_modes(measured, fits, probability),
         considered_laws=() if laws is None else considered_laws(laws),
+        strays=after is not None and not after.is_usual,
     )
 
 
@@ -207,12 +210,20 @@ def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:
     return tuple(found)
 
 
-def _verdict(best: ModalFit, findings: tuple[Finding, ...], left: float, after: Left | None, listed: float) -> Verdict:
+def _verdict(
+    measured: Measured,
+    best: ModalFit,
+    findings: tuple[Finding, ...],
+    left: float,
+    after: Left | None,
+    listed: float,
+) -> Verdict:
     """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is left
     of the motion ``after`` all, which no law on the list explains where it is more than usual; by whether what moves in
-    time is surely one that is ``listed``.
+    time is surely one that is ``listed``. Of a structure that has few of the measured modes nobody says it is right.
     """
     unusual = best.sizes.frequency > CONCLUSION.worth_a_note * ErrorSizes().frequency
+    unusual |= len(best.pairs) < CONCLUSION.min_paired * measured.modes
     strange = best.claim.changed or unusual or (after is not None and not after.is_usual)
     if not findings:
         return Verdict.UNEXPLAINED if strange else Verdict.NOTHING_WRONG

@@ -38,7 +38,7 @@ def considered_by_modes(
         Considered(
             _words(measured, fits[k].claim),
             float(probability[k]),
-            misfit_of(measured, fits[k], fits[0]) / max(len(fits[k].residual), 1),
+            misfit_of(measured, fits[k], fits[0]) / max(len(fits[0].residual), 1),
         )
         for k in told
     )

@@ -22,7 +22,7 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.observed.example import Example
-from hybrid.diagnosis.outcome.forecasts import share
+from hybrid.diagnosis.outcome.forecasts import share_left
 from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -65,14 +65,14 @@ class Forecasts:
     @property
     def reach_noise(self) -> bool:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
-        error = self.scores["extended"]["measured"] or 0.0
+        error = float(self.after.nrmse[:, list(self.roles.measured)].mean())
         nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
         return error <= (1 + MATERIAL) * self.floor or nearly or self.unexplained < NEGLIGIBLE
 
     @property
     def unexplained(self) -> float:
         """The share of the drawn structure's wrong energy that is left."""
-        return share(self.after.excess, self.before.excess)
+        return share_left(self.before, self.after)
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,10 +128,12 @@ def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace]
     return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
 
 
-def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset) -> ForecastScore:
-    """Return how well modes, one space for each state that a structure may be in, forecast recordings for testing."""
+def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset, state: int) -> ForecastScore:
+    """Return how well modes, one space for each state that a structure may be in, forecast recordings for testing,
+    which are known to be of the ``state`` with that number.
+    """
     roles, train, test = _batches(dataset, measured)
-    return Forecaster.of(spaces, measured.nominal, None, train, roles).score(test)
+    return Forecaster.of(spaces, measured.nominal, None, train, roles).of_state(state).score(test)
 
 
 def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:

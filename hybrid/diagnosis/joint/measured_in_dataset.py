@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import LISTED
@@ -33,6 +34,8 @@ def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measur
     identified = dict[str, Identification]()
     if dataset.modes:
         found = _listed(dataset)
+        if not found:
+            raise InputError("modes: none is for training; give one the role 'train' at least")
         sensors = tuple(replace(sensor, quantity="displacement") for sensor in dataset.sensors)
     else:
         sensors = tuple(dataset.sensors[column] for column in measured_columns(dataset))

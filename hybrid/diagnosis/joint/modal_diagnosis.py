@@ -162,7 +162,10 @@ def _with_motion(look: Look, known: _Searched, found: Found | None = None) -> _T
     if not laws.replaces_causes:
         return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
     linear = measured_less_law(dataset, laws, known.measured)
-    again = _of(*rebased(dataset, *_refitted(linear, look.drawn))).searched(lambda _: None)
+    null = null_fit(linear)
+    if null is None or not len(null.pairs):
+        return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
+    again = _of(*rebased(dataset, linear, null)).searched(lambda _: None)
     instead = found_instead(dataset, again.measured, again.fits[0], laws.named)
     return again.claims, laws, motion if instead is None else FoundMotion.of(dataset, drawn, instead)
 
@@ -182,12 +185,6 @@ def _beside_unknown(
         return claims, laws, motion
     found = found_by_modes(look.dataset, known.measured, fits[0])
     return claims, laws, motion if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
-
-
-def _refitted(measured: Measured, known: ModalFit) -> tuple[Measured, ModalFit]:
-    """Return what was measured, and the fit of nothing wrong; that which is ``known`` where there is none."""
-    null = null_fit(measured)
-    return measured, known if null is None or not len(null.pairs) else null
 
 
 def _candidates(measured: Measured) -> tuple[Candidate, ...]:

@@ -55,7 +55,7 @@ def findings_of(
     ``nominal_misfit``: of the structure as drawn; a cause explains as much of it as comes back without it.
     """
     best = fits[0]
-    own = misfit_of(measured, best)
+    own = misfit_of(measured, best, best)
     found = []
     for number in range(len(best.claim.acts)):
         without = misfit_of(measured, _without(best, number), best)
@@ -81,8 +81,9 @@ def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
             rival, errors = built(fit.candidate, fit.theta, np.sqrt(np.diag(fit.covariance)))
             location = fit.candidate.reported_location
             rivals.append(Alternative(rival.kind, location, float(own), parameters_of(rival, errors)))
-    rest = 1 - float(laws.probabilities[0]) - sum(item.probability for item in rivals)
-    remainder = [Alternative(NOT_ON_THE_LIST, {}, rest)] if rest >= LISTED else []
+    rest = 1 - laws.other - float(laws.probabilities[0]) - sum(item.probability for item in rivals)
+    shares = ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, laws.other))
+    remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= LISTED]
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     explains = float(np.clip(1 - (found.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
@@ -162,22 +163,25 @@ def _rivals(
     best = fits[0]
     wanted = best.claim.hypothesis.candidates[number].key
     others = {candidate.key for candidate in best.claim.hypothesis.candidates} - {wanted}
-    named, unknown, rivals = 0.0, 0.0, dict[str, tuple[Alternative, float]]()
+    named, unknown, without, rivals = 0.0, 0.0, 0.0, dict[str, tuple[Alternative, float]]()
     for item, own in zip(fits, probability, strict=True):
         candidates = item.claim.hypothesis.candidates
         if wanted in {candidate.key for candidate in candidates} or _says_so(measured, item, best, number):
             named += own
             continue
         instead = [candidate for candidate in candidates if candidate.key not in others]
-        if not instead:
+        if not instead and item.claim.changed:
             unknown += own
+            continue
+        if not instead:  # nominal values alone
+            without += own
             continue
         first = instead[0]
         known = rivals.get(first.key, (None, 0.0))[1]
         alternative = Alternative(first.kind, first.reported_location, 0.0)
         rivals[first.key] = (alternative, known + float(own))
     listed = [replace(item, probability=own) for item, own in rivals.values() if own >= LISTED]
-    rest = sum(own for _, own in rivals.values() if own < LISTED)
+    rest = without + sum(own for _, own in rivals.values() if own < LISTED)
     remainders = [
         Alternative(kind, {}, own) for kind, own in ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown)) if own >= LISTED
     ]

@@ -8,6 +8,7 @@ from fe_models.modes import mac
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.paired_rows import predicted_of
+from hybrid.diagnosis.modal.pairing import displaced
 
 
 @dataclass(frozen=True)
@@ -53,13 +54,19 @@ def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[P
     return tuple(found)
 
 
-def _modes_beside(measured: Measured, item: ModalFit) -> dict[tuple[int, int], tuple[float, float]]:
-    """Return frequency (Hz) and MAC of the structure's mode, by recording and number of the measured one."""
+def _modes_beside(measured: Measured, item: ModalFit) -> dict[tuple[int, int], tuple[float, float | None]]:
+    """Return frequency (Hz) and MAC of the structure's mode, by recording and number of the measured one; no MAC where
+    no shape was measured.
+    """
     found = {}
     predicted, pairs = predicted_of(measured, item.claim, item.theta)
     for recording, k, mode in zip(pairs.recording, pairs.measured, pairs.mode, strict=True):
         modes = predicted[item.claim.off(int(recording))]
-        criterion = mac(measured.recordings[recording].shapes[k][:, None], modes.shapes[0, mode][:, None])
+        own = measured.recordings[recording]
+        seen = displaced(own.log_omega[k], own.shapes[k], measured.orders)
+        made = displaced(modes.log_omega[0, mode], modes.shapes[0, mode], measured.orders)
+        criterion = mac(seen[:, None], made[:, None])
         frequency = float(np.exp(modes.log_omega[0, mode])) / (2 * np.pi)
-        found[int(recording), int(k)] = (frequency, float(criterion[0, 0]))
+        is_shown = own.shown is None or bool(own.shown[k])
+        found[int(recording), int(k)] = (frequency, float(criterion[0, 0]) if is_shown else None)
     return found

@@ -70,6 +70,11 @@ class Measured:
         return SensorOutputs.measured(self.sensors, self.rate)
 
     @property
+    def modes(self) -> int:
+        """Number of all measured modes."""
+        return sum(len(own.log_omega) for own in self.recordings)
+
+    @property
     def orders(self) -> IntArray:
         """How often each sensor's signal is the derivative of a displacement, (sensor,)."""
         return np.array([QUANTITIES.index(sensor.quantity) for sensor in self.sensors])

@@ -12,6 +12,9 @@ class PairingConfig:
     mac_scale: float = 0.05
     max_frequency_difference: float = 0.3  # of the logarithm: farther off no pair is made
     min_mac: float = 0.5  # below, another mode is as like
+    # of its largest entry: a shape that moves less where the structure's mode moves most is of another, or a sensor's
+    # that fails, and cannot be taken over that entry
+    min_reference: float = 0.03
     max_cost: float = 40.0  # of both together: a frequency off by 30 %, or a MAC of 0.5, with little of the other
 
 
@@ -111,6 +114,7 @@ class ConclusionConfig:
     min_probability: float = 0.9  # that a group is farther off than that, from which on it is a finding
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
+    min_paired: float = 0.5  # of the measured modes: a structure that has fewer is not one that is right
     worth_a_note: float = 3.0  # times what was stated
     refitted: int = 8  # claims that are held against modes that something unknown moves, too
     # times a frequency's usual error, which identification leaves and recordings vary by: no right one is so far off

@@ -20,7 +20,9 @@ from hybrid.diagnosis.modal.outlying import likeliest_inflation, log_prior_in
 from hybrid.diagnosis.modal.paired_rows import (
     Inflation,
     Pairs,
+    free_values,
     log_density_of_outliers,
+    outlying_by,
     pairs_of,
     predicted_by,
     predicted_of,
@@ -92,12 +94,12 @@ def fit_claim(
         residual, slopes = residual_of(measured, claim, pairs, values, predicted)
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
-        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)
+        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
         try:
             if errors_too and number % 2 == 1 and len(pairs):
                 sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
                 inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
-                rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], hypothesis, inflation)
+                rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
             present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
@@ -224,15 +226,23 @@ def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> Floa
     return then
 
 
-def misfit_of(measured: Measured, item: ModalFit, errors: ModalFit | None = None) -> float:
-    """Return the sum of squares of what a fit's theta leaves of all pairs, in units of what modes vary by from one
-    recording to the next and what their identification leaves open; ``errors``: the fit whose errors count, or its own.
+def misfit_of(measured: Measured, item: ModalFit, known: ModalFit) -> float:
+    """Return the sum of squares of what a fit's theta leaves of the modes that a fit that is ``known`` pairs, in units
+    of its errors: of what modes vary by from one recording to the next and what their identification leaves open. Modes
+    that the theta itself no longer pairs are off by as much as modes that are none of the structure's.
     """
-    claim, known = item.claim, errors or item
-    predicted, pairs = predicted_of(measured, claim, item.theta)
+    predicted, every = predicted_of(measured, item.claim, item.theta)
+    pairs = every.among(known.pairs)
+    alone = ~known.pairs.are_among(pairs)[np.nonzero(free_values(measured, known.pairs))[0]]
+    total = float(np.sum((outlying_by(known.rows.quantity) ** 2 / _variance(known.rows, known))[alone]))
     if not len(pairs):
-        return float("inf")
+        return total
     values, noise = values_of(measured, pairs)
-    residual, slopes = residual_of(measured, claim, pairs, values, predicted)
-    rows = rows_of(measured, claim, pairs, noise, slopes[:, : item.nuisances], claim.hypothesis, known.inflation)
-    return float(np.sum(residual**2 / (np.diag(rows.own_noise) + rows.varies(known.sizes) ** 2)))
+    residual, slopes = residual_of(measured, item.claim, pairs, values, predicted)
+    rows = rows_of(measured, item.claim, pairs, noise, slopes[:, : item.nuisances], known.inflation)
+    return total + float(np.sum(residual**2 / _variance(rows, known)))
+
+
+def _variance(rows: Rows, known: ModalFit) -> FloatArray:
+    """Return the variance (row,) of what is a recording's own, by the errors of a fit that is ``known``."""
+    return np.asarray(np.diag(rows.own_noise) + rows.varies(known.sizes) ** 2)

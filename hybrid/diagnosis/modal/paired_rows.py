@@ -7,11 +7,10 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.config import FIT, OUTLIER
+from hybrid.diagnosis.modal.config import FIT, OUTLIER, PAIRING
 from hybrid.diagnosis.modal.errors import Rows
-from hybrid.diagnosis.modal.pairing import paired
+from hybrid.diagnosis.modal.pairing import displaced, paired
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
-from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 Inflation = Mapping[tuple[int, int], tuple[float, float, float]]
 """By recording and measured mode: how much larger than they say errors of frequency, damping ratio and shape are."""
@@ -30,6 +29,20 @@ class Pairs:
 
     def __len__(self) -> int:
         return len(self.mode)
+
+    def are_among(self, others: "Pairs") -> BoolArray:
+        """Return of which pairs (pair,) the measured mode is in another's, too."""
+        known = set(zip(others.recording.tolist(), others.measured.tolist(), strict=True))
+        own = zip(self.recording.tolist(), self.measured.tolist(), strict=True)
+        return np.array([place in known for place in own], dtype=bool)
+
+    def among(self, others: "Pairs") -> "Pairs":
+        """Return those pairs of which the measured mode is in another's, too."""
+        return self.take(self.are_among(others))
+
+    def take(self, kept: BoolArray) -> "Pairs":
+        """Return some of the pairs, those that are ``kept`` (pair,)."""
+        return Pairs(self.recording[kept], self.measured[kept], self.mode[kept], self.reference[kept])
 
 
 def predicted_by(measured: Measured, claim: Claim, theta: FloatArray) -> dict[tuple[int, ...], PredictedModes] | None:
@@ -58,7 +71,19 @@ def pairs_of(measured: Measured, claim: Claim, predicted: dict[tuple[int, ...], 
     displaced = first.shapes[0] * np.exp(-np.outer(first.log_omega[0], measured.orders))
     largest = np.argmax(np.abs(displaced), axis=1)
     number = np.minimum(rows[:, 2], len(largest) - 1)  # a cause may bring a mode that others do not have
-    return Pairs(rows[:, 0], rows[:, 1], rows[:, 2], largest[number])
+    every = Pairs(rows[:, 0], rows[:, 1], rows[:, 2], largest[number])
+    return every.take(_move_at_reference(measured, every))
+
+
+def _move_at_reference(measured: Measured, pairs: Pairs) -> BoolArray:
+    """Return of which pairs (pair,) the measured shape moves where shapes are taken over: see `PairingConfig`."""
+    found = np.ones(len(pairs), dtype=bool)
+    for recording, own in enumerate(measured.recordings):
+        here = np.flatnonzero(pairs.recording == recording)
+        shapes = np.abs(displaced(own.log_omega, own.shapes, measured.orders))[pairs.measured[here]]
+        at = shapes[np.arange(len(here)), pairs.reference[here]]
+        found[here] = at > PAIRING.min_reference * shapes.max(axis=1, initial=0.0)
+    return found
 
 
 def values_of(measured: Measured, pairs: Pairs) -> tuple[FloatArray, FloatArray]:
@@ -116,10 +141,10 @@ def rows_of(
     pairs: Pairs,
     noise: FloatArray,
     slopes: FloatArray,
-    hypothesis: Hypothesis,
     inflation: Inflation | None = None,
 ) -> Rows:
     """Return all rows with their errors; ``inflation`` of those of measured modes, none of any that is not in it."""
+    hypothesis = claim.hypothesis
     sensors, free = len(measured.sensors), free_values(measured, pairs)
     quantity = np.broadcast_to([0, 1] + [2] * sensors + [3] * sensors, free.shape)[free]
     place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]
@@ -157,12 +182,16 @@ def _by_value(inflation: Inflation, pairs: Pairs, free: BoolArray) -> FloatArray
 
 def log_density_of_outliers(measured: Measured, pairs: Pairs) -> float:
     """Return the log density of the measured modes that no mode of the structure is, and the prior of all."""
-    sensors = len(measured.sensors)
-    widths = [OUTLIER.log_frequency, OUTLIER.damping_ratio] + [OUTLIER.shape] * (2 * sensors - 2)
+    entries = len(measured.sensors) - 1  # beside that of reference
+    widths = outlying_by(np.array([0, 1] + [2] * entries + [3] * entries))
     each = -float(np.sum(np.log(widths))) - 0.5 * len(widths) * float(np.log(2 * np.pi * np.e))
-    every = sum(len(own.log_omega) for own in measured.recordings)
-    alone = every - len(pairs)
+    alone = measured.modes - len(pairs)
     return alone * (each + float(np.log(OUTLIER.probability))) + len(pairs) * float(np.log1p(-OUTLIER.probability))
+
+
+def outlying_by(quantity: IntArray) -> FloatArray:
+    """Return by how much rows are off, by their ``quantity`` (row,), that are of no mode of the structure."""
+    return np.array([OUTLIER.log_frequency, OUTLIER.damping_ratio, OUTLIER.shape, OUTLIER.shape])[quantity]
 
 
 def predicted_of(

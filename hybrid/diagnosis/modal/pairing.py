@@ -17,8 +17,8 @@ def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray,
     found = np.full((*log_omega.shape[:-1], len(measured.log_omega)), -1)
     if not found.shape[-1] or not log_omega.shape[-1]:
         return found
-    own = _displaced(measured.log_omega, measured.shapes, orders)
-    criterion = mac(own.T, _displaced(log_omega, shapes, orders).swapaxes(-2, -1))
+    own = displaced(measured.log_omega, measured.shapes, orders)
+    criterion = mac(own.T, displaced(log_omega, shapes, orders).swapaxes(-2, -1))
     if measured.shown is not None:
         criterion[..., ~measured.shown, :] = 1.0  # by frequency alone
     apart = np.abs(measured.log_omega[:, None] - log_omega[..., None, :])
@@ -32,6 +32,9 @@ def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray,
     return found
 
 
-def _displaced(log_omega: FloatArray, shapes: ComplexArray, orders: IntArray) -> ComplexArray:
-    """Return shapes (..., mode, sensor) of displacements, so that unlike sensors count alike."""
-    return np.asarray(shapes * np.exp(-log_omega[..., None] * orders))
+def displaced(log_omega: FloatArray | float, shapes: ComplexArray, orders: IntArray) -> ComplexArray:
+    """Return shapes (..., mode, sensor) of displacements, so that unlike sensors count alike.
+
+    ``log_omega`` (..., mode) of rad/s; ``orders`` (sensor,): see `paired`.
+    """
+    return np.asarray(shapes * np.exp(-np.asarray(log_omega)[..., None] * orders))

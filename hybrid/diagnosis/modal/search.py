@@ -303,7 +303,7 @@ def null_fit(measured: Measured) -> ModalFit | None:
     """Return the fit of the nominal structure, its values as far off as the modes say.
 
     From values as they were drawn, and, where much is left, from others: far off, a measured mode is at first taken for
-    another one, and errors for as large as that makes them. Until the best is found again and again.
+    another one, and errors for as large as that makes them, or for none. Until the best is found again and again.
     """
     rng, parts = np.random.default_rng(0), len(measured.nominal.parts)
     found = list[ModalFit]()
@@ -315,7 +315,7 @@ def null_fit(measured: Measured) -> ModalFit | None:
         item = fit_claim(measured, measured.null, theta, sizes, FIT.null_iterations)
         found += [] if item is None else [item]
         best = max(found, key=lambda own: own.evidence, default=None)
-        if best is None or best.sizes.are_usual:
+        if best is None or (best.sizes.are_usual and len(best.pairs) == measured.modes):
             break
         if sum(own.evidence > best.evidence - FIT.same_nats for own in found) >= FIT.null_agreeing:
             break

@@ -25,10 +25,10 @@ class OverSizes:
     theta: FloatArray
     covariances: FloatArray
 
-    @property
-    def covariance(self) -> FloatArray:
-        """The covariance (parameter, parameter) of the whole."""
-        return np.asarray(self.covariances.mean(axis=0) + np.cov(self.theta.T, ddof=0))
+    def about(self, theta: FloatArray) -> FloatArray:
+        """Return the mean squares and products (parameter, parameter) of how far values are from ``theta``."""
+        off = self.theta - theta
+        return np.asarray(self.covariances.mean(axis=0) + off.T @ off / len(off))
 
     def draws(self, count: int, rng: np.random.Generator) -> FloatArray:
         """Return ``count`` draws (draw, parameter) of it."""
@@ -40,7 +40,7 @@ class OverSizes:
 def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
     found = over_sizes(measured, item)
-    return item if found is None else replace(item, covariance=found.covariance)
+    return item if found is None else replace(item, covariance=found.about(item.theta))
 
 
 def over_sizes(measured: Measured, item: ModalFit) -> OverSizes | None:

@@ -27,9 +27,7 @@ class Forecasts:
     @property
     def unexplained(self) -> float:
         """The share of the nominal model's wrong energy that the extended one leaves; nothing of next to nothing."""
-        if self.nominal.excess <= HARDLY * self.nominal.floor_energy:
-            return 0.0
-        return share(self.extended.excess, self.nominal.excess)
+        return share_left(self.nominal, self.extended)
 
 
 def forecasts_of(scorer: Scorer, simulated: Fit, base: Fit, best: Fit, normal: float) -> Forecasts:
@@ -42,6 +40,11 @@ def forecasts_of(scorer: Scorer, simulated: Fit, base: Fit, best: Fit, normal: f
     if simulated is not base:
         drawn, own = (scorer.forecast(base, most) for most in (0.0, normal))
     return Forecasts(nominal, calibrated, drawn, own, scorer.forecast(best))
+
+
+def share_left(before: ForecastScore, after: ForecastScore) -> float:
+    """Return the share of the wrong energy ``before`` that is left ``after``; nothing of next to nothing."""
+    return 0.0 if before.excess <= HARDLY * before.floor_energy else share(after.excess, before.excess)
 
 
 def share(part: float, whole: float) -> float:
