@@ -1,8 +1,8 @@
 """Recordings of a linear model, of matrices say, by its lowest modes: let go from pulls, or driven.
 
-Released at rest from K u0 = f, each modal coordinate is q(t) = Re c exp(s t), s = omega (-xi + i sqrt(1 - xi^2)), with
-q(0) = phi^T f / omega^2 and q'(0) = 0. Under a load, q'' + 2 xi omega q' + omega^2 q = phi^T p f(t), exact for the
-smooth curve through its samples (`interpolant`); of a base that moves p = -M r and f its acceleration.
+Released at rest from K u0 = f, each modal coordinate moves from q(0) = phi^T f / omega^2, q'(0) = 0 by its two
+exponentials (`_let_go`). Under a load, q'' + 2 xi omega q' + omega^2 q = phi^T p f(t), exact for the smooth curve
+through its samples (`interpolant`); of a base that moves p = -M r and f its acceleration.
 """
 
 from collections.abc import Sequence
@@ -74,16 +74,11 @@ def released_recordings(
     if not releases:
         raise InputError("there is nothing to release: give at least one pull")
     scene = _scene(model, sensors, acquisition)
-    omega, ratio = scene.modal.omega, scene.modal.damping_ratio
     time = _times(duration + acquisition.start, acquisition)
     recordings = []
     for number, pulls in enumerate(releases, start=1):
         force = model.dofs.pull([(pull.node, pull.direction, pull.force) for pull in pulls])
-        first = scene.modal.shapes.T @ force / omega**2
-        root = omega * (-ratio + 1j * np.sqrt(1 - ratio**2))
-        begun = first * (1 - 1j * ratio / np.sqrt(1 - ratio**2))
-        turning = begun[:, None] * np.exp(np.outer(root, time))
-        motion = [np.real(turning * root[:, None] ** order) for order in range(3)]
+        motion = _let_go(scene.modal, scene.modal.shapes.T @ force, time)
         data = scene.recorded(scene.response(time, motion), rng, acquisition.start)
         recordings.append(Recording(f"release_{number}", data, _role(number, len(releases))))
     return Dataset(model, acquisition.sampling_rate, sensors, tuple(recordings), acquisition.lowpass)
@@ -149,6 +144,26 @@ def _times(duration: float, acquisition: Acquisition) -> FloatArray:
 def _fine(acquisition: Acquisition) -> int:
     """Return into how many steps a sample is divided, so that a low-pass acts before sampling."""
     return OVERSAMPLING if acquisition.lowpass else 1
+
+
+def _let_go(modal: ModalModel, forces: FloatArray, time: FloatArray) -> list[FloatArray]:
+    """Return displacement, velocity and acceleration (mode, time) of modes that modal ``forces`` (mode,) held at rest
+    until t = 0, of any damping ratio.
+
+    The roots s = omega (-xi +- sqrt(xi^2 - 1)) are complex below critical damping, equal at it, real beyond it. With
+    D(t) = (exp(s1 t) - exp(s2 t)) / (s1 - s2), which is t exp(s1 t) where they are equal,
+
+        q = q(0) (exp(s1 t) - s1 D),   q' = -omega^2 q(0) D,   q'' = -omega^2 q(0) (exp(s1 t) + s2 D)
+    """
+    omega, ratio = modal.omega[:, None], modal.damping_ratio[:, None]
+    apart = np.sqrt(ratio.astype(complex) ** 2 - 1)
+    slow, fast = -omega / (ratio + apart), -omega * (ratio + apart)  # s1 s2 = omega^2: nothing cancels in the slow one
+    one, gap = np.exp(slow * time), (fast - slow) * time  # (mode, time)
+    mean = np.ones_like(gap)  # of exp over the gap, (exp(z) - 1) / z
+    np.divide(np.expm1(gap), gap, out=mean, where=gap != 0)
+    two = time * one * mean
+    parts = (one - slow * two) / omega**2, -two, -(one + fast * two)
+    return [forces[:, None] * part.real for part in parts]
 
 
 def _driven(modal: ModalModel, drive: Drive, fine: int) -> list[FloatArray]:

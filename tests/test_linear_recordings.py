@@ -1,5 +1,6 @@
 """Recordings of matrices: beside the matrix exponential of the whole system, and by the command."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,24 @@ def test_a_release_is_that_of_the_whole_system(model: LinearModel) -> None:
         states.append(step @ states[-1])
     every = np.array(states)
     np.testing.assert_allclose(data, shown(model, every, every @ A.T), atol=1e-9 * np.abs(data).max())
+
+
+@pytest.mark.parametrize("ratio", [0.5, 1 - 1e-13, 1.0, 1 + 1e-9, 2.0, 50.0])
+def test_a_release_is_exact_at_any_damping_ratio(model: LinearModel, ratio: float) -> None:
+    """C proportional to K gives higher modes more: the first has ``ratio``, each other one omega / omega_1 times it."""
+    factor = 2 * ratio / fe.natural_modes(model).omega[0]
+    damped = replace(model, damping=factor * model.stiffness, modal_ratios=())
+    pulls = (PointLoad(FOLLOWED, "y", 2000.0), PointLoad(3, "x", -500.0))
+    data = released_recordings(damped, [pulls], SENSORS, QUIET, 0.5, np.random.default_rng(0)).recordings[0].data[0]
+    M, K = model.mass.toarray(), model.stiffness.toarray()
+    zero, one = np.zeros_like(M), np.eye(len(M))
+    A = np.block([[zero, one], [-np.linalg.solve(M, K), -np.linalg.solve(M, factor * K)]])
+    force = model.dofs.gathered(model.dofs.pull([(p.node, p.direction, p.force) for p in pulls]))
+    start = np.concatenate([np.linalg.solve(K, force), np.zeros(len(force))])
+    states = np.array([expm(A * t) @ start for t in np.arange(len(data)) / QUIET.sampling_rate])
+    expected = shown(model, states, states @ A.T)
+    size = np.abs(expected).max(axis=0)
+    np.testing.assert_allclose(data / size, expected / size, atol=1e-7)  # expm's own, of stiff A: 1e-8 at ratio 50
 
 
 def test_what_drives_moves_the_whole_system(model: LinearModel) -> None:
