@@ -12,6 +12,7 @@ from fe_models.items import equal_items, summed
 from fe_models.linear import LinearModel
 from fe_models.linear_checks import negative_mass_faults, negative_stiffness_faults
 from fe_models.mesh import mesh
+from fe_models.mode_count import mode_count
 from fe_models.structure import Structure
 from fe_models.structure_checks import require_structure
 
@@ -60,6 +61,7 @@ def _overdrawn(structure: Structure, model: LinearModel) -> list[str]:
             left = diagonal[np.count_nonzero(model.dofs.free[:row])]
             if left <= 0:
                 faults.append(f"effects leave node {node} a mass of {left:.6g} kg in {direction}; remove less there")
-    modes = [mode for mode, _ in model.replaced_ratios if mode > len(diagonal)]
-    faults += [f"modal_damping: there is no mode {mode}; the structure has {len(diagonal)}" for mode in modes]
+    available = mode_count(model) if model.replaced_ratios and not faults else len(diagonal)
+    modes = [mode for mode, _ in model.replaced_ratios if mode > available]
+    faults += [f"modal_damping: there is no mode {mode}; the structure has {available}" for mode in modes]
     return faults or negative_mass_faults(model) + negative_stiffness_faults(model)

@@ -21,6 +21,7 @@ from fe_models.files.recording_checks import check_place, check_rates, check_sen
 from fe_models.interpolant import interpolant
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.measurement import measure, noise_faults
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.response import Response
@@ -132,8 +133,7 @@ def check_linear(
 
 def _scene(model: LinearModel, sensors: tuple[Sensor, ...], acquisition: Acquisition) -> _Scene:
     """Return the scene with the modes that move: those in the band of the recordings, and some beyond."""
-    weighty = int(np.count_nonzero(model.mass.diagonal()))
-    return _Scene(model, natural_modes(model, min(MOST_MODES, weighty)), sensors, acquisition)
+    return _Scene(model, natural_modes(model, min(MOST_MODES, mode_count(model))), sensors, acquisition)
 
 
 def _times(duration: float, acquisition: Acquisition) -> FloatArray:

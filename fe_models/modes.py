@@ -16,10 +16,9 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.linear_checks import check_linear_model
 from fe_models.mechanisms import describe_mechanism, energy, factorise, resists
+from fe_models.mode_count import LARGEST_DENSE_SOLVE, mode_count
 from fe_models.structure import TRANSLATIONS, Structure
 
-LARGEST_DENSE_SOLVE = 400
-"""Free degrees of freedom up to which all modes at once take no longer than a few by shift and invert (0.1 s)."""
 USUAL_COUNT = 10
 """Modes, where nothing is said of how many: as many as the bridge has below its low-pass."""
 MASS_TOLERANCE = 1e-14
@@ -31,7 +30,7 @@ def natural_modes(
 ) -> ModalModel:
     """Return the ``count`` lowest modes, with damping ratios xi = phi^T C phi / (2 omega) plus the modal ratios.
 
-    Of a structure those of its linear model as drawn. Without ``count``: `USUAL_COUNT`, or all of a smaller model.
+    Of a structure those of its linear model as drawn. Without ``count``: `USUAL_COUNT`, or all of `mode_count`.
 
     Lanczos iterations on K^-1 M with one sparse factorisation of K (shift 0, inverted), or with the ``factors`` of K
     where they are known; a full solution for small models and where most of the modes are wanted. M may be singular:
@@ -44,13 +43,14 @@ def natural_modes(
         raise InputError(f"{model!r} is no model: give a structure or matrices, as fe_models.load_model returns them")
     raise_faults(check_linear_model(model))
     size = model.mass.shape[0]
+    available = mode_count(model)
     if count is None:
-        count = min(USUAL_COUNT, size)
+        count = min(USUAL_COUNT, available)
     if not 1 <= count <= size:
         raise InputError(f"{count} modes asked for; the model has {size} free degrees of freedom: ask for 1 to {size}")
-    weighty = int(np.count_nonzero(model.mass.diagonal()))
-    full = size <= LARGEST_DENSE_SOLVE or 2 * count > weighty
-    omega_squared, shapes = _all_modes(model, count) if full else _lowest_modes(model, count, weighty, factors)
+    _refuse_massless(count, available)
+    full = size <= LARGEST_DENSE_SOLVE or 2 * count > available
+    omega_squared, shapes = _all_modes(model, count) if full else _lowest_modes(model, count, available, factors)
     if not resists(model.stiffness, shapes).all():
         raise InputError(describe_mechanism(model))
     omega = np.sqrt(omega_squared)
@@ -84,9 +84,9 @@ def _all_modes(model: LinearModel, count: int) -> tuple[FloatArray, FloatArray]:
 
 
 def _lowest_modes(
-    model: LinearModel, count: int, weighty: int, factors: SuperLU | None
+    model: LinearModel, count: int, available: int, factors: SuperLU | None
 ) -> tuple[FloatArray, FloatArray]:
-    """Return omega^2 and shapes of the lowest modes; ``weighty`` degrees of freedom of the model have mass."""
+    """Return omega^2 and shapes of the ``count`` lowest of all ``available`` modes."""
     size = model.mass.shape[0]
     try:
         factors = factors or factorise(model.stiffness)
@@ -106,7 +106,7 @@ def _lowest_modes(
         M=model.mass,
         sigma=0.0,
         OPinv=LinearOperator((size, size), matvec=solve, dtype=float),
-        ncv=min(weighty, max(2 * count + 1, 20)),  # without mass there is nothing more to span
+        ncv=min(available, max(2 * count + 1, 20)),  # without mass there is nothing more to span
         v0=np.random.default_rng(0).standard_normal(size),  # fixed, so that the same model gives the same bits
     )
     order = np.argsort(omega_squared)

@@ -9,6 +9,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel, ModalModel
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Damping, Structure
@@ -41,7 +42,7 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
     if given is None:
         subject = assumed_structure(dataset)
         model = subject if isinstance(subject, LinearModel) else linearise(subject)
-        given = natural_modes(model, min(wanted, model.mass.shape[0]))
+        given = natural_modes(model, dataset.assumptions.modes or min(most, mode_count(model)))
     highest = dataset.lowpass or dataset.sampling_rate / 2
     kept = np.flatnonzero(given.frequencies < highest)[:wanted]  # a given modal model may have them in any order
     if len(kept) == 0:

@@ -9,10 +9,9 @@ from dataclasses import dataclass, replace
 from math import atan, pi, sqrt
 from typing import Literal
 
-import numpy as np
-
 from fe_models.assembly import linearise
 from fe_models.linear import LinearModel, ModalModel
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.structure import Structure
 
@@ -80,13 +79,13 @@ def sampling_faults(model: LinearModel, sampling_rate: float) -> list[str]:
 
 def all_modes(model: LinearModel) -> ModalModel:
     """Return all natural modes of a model, as many as degrees of freedom have mass."""
-    return natural_modes(model, int(np.count_nonzero(model.mass.diagonal())))
+    return natural_modes(model, mode_count(model))
 
 
 def highest_frequency(structure: Structure, band: float) -> float:
     """Return the highest natural frequency (Hz) up to ``band`` (Hz); the lowest of all where none is."""
     linear = linearise(structure)
-    available = int(np.count_nonzero(linear.mass.diagonal()))
+    available = mode_count(linear)
     count = min(FIRST_MODES, available)
     frequencies = natural_modes(linear, count).frequencies
     while frequencies[-1] <= band and count < available:

@@ -25,7 +25,6 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 
-DEFAULT_MODES = 10
 STRUCTURE = "structure.toml"
 DRAWING = "structure.png"
 NO_DAMPING = (
@@ -81,7 +80,7 @@ def write_model(
     """
     linear = subject if isinstance(subject, LinearModel) else linearise(subject)
     size = linear.mass.shape[0]
-    modal = natural_modes(linear, modes or min(DEFAULT_MODES, size))
+    modal = natural_modes(linear, modes)
     if linear.has_modal_damping and size <= LARGEST_DENSE:  # C complete where it can be
         linear = replace(linear, damping=csr_array(full_damping(linear)), modal_ratios=(), replaced_ratios=())
     with results.replacing() as new:

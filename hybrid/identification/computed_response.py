@@ -16,6 +16,7 @@ from fe_models.files.known_motion import NO_EFFECT
 from fe_models.files.recording_checks import check_place, check_sensor
 from fe_models.linear import LinearModel
 from fe_models.mechanisms import factorise
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Sensor
 from fe_models.sensing import seen
@@ -35,8 +36,7 @@ def computed_response(
     """
     linear = linearise(model) if isinstance(model, Structure) else model
     dofs, free = linear.dofs, linear.dofs.free
-    weighty = int(np.count_nonzero(linear.mass.diagonal()))
-    modal = natural_modes(linear, min(FREQUENCY_RESPONSE.max_modes, weighty))
+    modal = natural_modes(linear, min(FREQUENCY_RESPONSE.max_modes, mode_count(linear)))
     picked = seen(dofs, sensors)
     turn = 2j * np.pi * frequencies[:, None]
     poles = modal.omega**2 + turn**2 + 2 * modal.damping_ratio * modal.omega * turn  # (line, mode)

@@ -9,6 +9,7 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
+from fe_models.mode_count import mode_count
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording, Sensor
@@ -212,7 +213,7 @@ def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:
     """Return the model's frequencies (mode,) up to ``highest`` Hz and shapes (sensor, mode)."""
     model = dataset.model if isinstance(dataset.model, LinearModel) else linearise(dataset.model)
     picked = seen(model.dofs, dataset.sensors)
-    modal = natural_modes(model, min(len(picked) + 2, int(np.count_nonzero(model.mass.diagonal()))))
+    modal = natural_modes(model, min(len(picked) + 2, mode_count(model)))
     kept = modal.frequencies <= highest
     if not kept.any():
         raise InputError(f"model: all its natural frequencies are above {highest:g} Hz, up to where recordings go")

@@ -21,6 +21,7 @@ from fe_models.errors import raise_faults
 from fe_models.interpolant import Course, courses_of
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.mechanisms import factorise
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Dataset, Recording, Sensor, of_each_quantity
 from fe_models.sensing import seen
@@ -150,10 +151,9 @@ def _left_out(model: Structure | LinearModel | None, modal: ModalModel, pulls: F
         return nothing
     linear = model if isinstance(model, LinearModel) else linearise(model)
     shapes, kept = modal.shapes[modal.dofs.free], modal.shapes.shape[1]
-    moving = int(np.count_nonzero(linear.mass.diagonal()))
     if kept == len(shapes) or not _are_modes(linear, shapes, modal.omega):
         return nothing
-    if kept < moving and natural_modes(linear, kept + 1).frequencies[-1] < band:
+    if kept < mode_count(linear) and natural_modes(linear, kept + 1).frequencies[-1] < band:
         return nothing
     force, factors = np.ascontiguousarray(modal.dofs.gathered(pulls.T)), factorise(linear.stiffness)
     terms = list[FloatArray]()

@@ -6,6 +6,7 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.assembly import linearise
 from fe_models.dof_map import DofMap
 from fe_models.linear import LinearModel, ModalModel
+from fe_models.mode_count import mode_count
 from fe_models.modes import mac, natural_modes
 from fe_models.pictures.geometry import DRAWN_SHARE, outline
 from fe_models.recordings import Dataset
@@ -54,7 +55,7 @@ def mode_shapes(
 
 def _modes(model: Structure | LinearModel, count: int) -> ModalModel:
     linear = linearise(model) if isinstance(model, Structure) else model
-    return natural_modes(linear, min(count, int(np.count_nonzero(linear.mass.diagonal()))))
+    return natural_modes(linear, min(count, mode_count(linear)))
 
 
 def _moving(dofs: DofMap) -> dict[tuple[int, str], int]:

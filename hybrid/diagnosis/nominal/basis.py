@@ -8,6 +8,7 @@ from scipy.sparse.linalg import SuperLU
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel, ModalModel
+from fe_models.mode_count import mode_count
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from fe_models.structure import Spring, Structure
@@ -60,7 +61,7 @@ def followed_modes(
 
     ``factors`` of K, where they are known; ``most``: as many modes at most, those beyond counted.
     """
-    weighty = int(np.count_nonzero(linear.mass.diagonal()))
+    weighty = mode_count(linear)
     free = min(weighty, most or weighty)
     count = min(most or NOMINAL.extra_modes, free)
     modal = natural_modes(linear, count, factors)
