@@ -33,10 +33,14 @@ ERROR = 1e-4  # relative, of each identified frequency
 
 
 def observed(
-    name: str, frequencies: FloatArray, standing: Standing = Standing.HISTORY, error: float = ERROR
+    name: str,
+    frequencies: FloatArray,
+    standing: Standing = Standing.HISTORY,
+    error: float = ERROR,
+    energy: tuple[float, float, float] = (0.3, 0.3, 0.3),
 ) -> Observation:
     modes = tuple(
-        SeenMode(float(f), float(error * f), 0.01, 0.001, 0.3, tuple(SHAPES[:, k]))
+        SeenMode(float(f), float(error * f), 0.01, 0.001, energy[k], tuple(SHAPES[:, k]))
         for k, f in enumerate(frequencies)
         if np.isfinite(f)
     )
@@ -106,13 +110,41 @@ def test_what_the_identification_cannot_tell_is_no_change_however_alike_the_hist
     assert not judged(usual, observed("now", FREQUENCIES * [1, 1 + 1.5 * ERROR, 1])).alarm
 
 
-def test_modes_that_are_gone_are_told_and_most_of_them_are_an_alarm() -> None:
-    usual = history(np.random.default_rng(5), 8)
+def test_weak_modes_that_are_gone_are_told_and_most_of_them_are_an_alarm() -> None:
+    weak = (0.9, 0.009, 0.009)
+    usual = [observed(f"r{k}", FREQUENCIES * (1 + 1e-3 * k), energy=weak) for k in range(8)]
     one = judged(usual, observed("one", FREQUENCIES * [1, np.nan, 1]))
     assert not one.alarm
-    assert [words.split(" (")[0] for words in one.words] == ["mode 2"]
+    assert one.words == ("mode 2 (6.021 Hz) is not seen",)
     two = judged(usual, observed("two", FREQUENCIES * [1, np.nan, np.nan]))
     assert two.alarm and len(two.words) == 2
+
+
+def test_a_strong_mode_that_is_gone_is_an_alarm() -> None:
+    found = judged(history(np.random.default_rng(5), 8), observed("one", FREQUENCIES * [1, np.nan, 1]))
+    assert found.alarm
+    (words,) = found.words
+    assert words.endswith("is not seen, though it had at least 30% of the energy in every recording of the history")
+
+
+@pytest.mark.parametrize("factor", [0.65, 0.8, 1.4])
+def test_a_frequency_that_moves_far_is_known_by_its_shape(factor: float) -> None:
+    """Of a mode of 2 Hz; the gate is a factor of exp(0.5) = 1.65."""
+    found = judged(history(np.random.default_rng(7), 8), observed("now", FREQUENCIES * [factor, 1, 1]))
+    assert found.alarm
+    assert found.words[0].startswith(f"mode 1: {2 * factor:.4g} Hz, {100 * (factor - 1):+.0f} % off the usual")
+
+
+def test_one_sensor_tells_no_mode_by_its_shape() -> None:
+    """All shapes are alike there: a mode of 3 Hz is no 2 Hz that moved, which is told as lost."""
+    usual = [one_sensor(observed(f"r{k}", FREQUENCIES * (1 + 1e-3 * k))) for k in range(8)]
+    found = judged(usual, one_sensor(observed("now", FREQUENCIES * [1.5, 1, 1])))
+    assert found.alarm
+    assert found.words[0].startswith("mode 1 (2.007 Hz) is not seen")
+
+
+def one_sensor(own: Observation) -> Observation:
+    return replace(own, modes=tuple(replace(mode, shape=(1.0,)) for mode in own.modes))
 
 
 def test_modes_are_followed_by_shape_where_frequencies_cross() -> None:
@@ -182,7 +214,9 @@ def modes_in(dataset: Dataset) -> tuple[SeenMode, ...]:
     """What is identified in tests: usual modes, the second one 4 % lower where a recording is called so."""
     name = dataset.recordings[0].name
     rng = np.random.default_rng(sum(map(ord, name)))
-    lower = [1, 0.96, 1] if "changed" in name else [1, 1, 1]
+    if "silent" in name:
+        return ()
+    lower = [1, 0.96, 1] if "changed" in name else [0.8, 1, 1] if "fallen" in name else [1, 1, 1]
     return observed(name, FREQUENCIES * lower * np.exp(1e-3 * rng.standard_normal(3))).modes
 
 
@@ -227,6 +261,30 @@ def test_recordings_are_learned_from_then_judged_and_a_change_is_diagnosed_once(
     assert Reader(page).elements
     assert "not as it was, from recording changed1 on, and 1 more since" in page
     assert '<a href="change-changed1/report.html">' in page
+
+
+@pytest.mark.parametrize("name", ["fallen", "silent"])
+def test_a_recording_of_a_far_other_state_is_an_alarm_and_joins_no_history(
+    place: Path, tmp_path: Path, name: str
+) -> None:
+    """One frequency is 20 % lower, or no mode is seen at all."""
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    record(place, name, 1, age=20.0)
+    watch = Watch(load_station(place), out, 5, modes_in)
+    kept = looked(watch, out)
+    assert kept.observations[-1].standing is Standing.ALARM
+    assert name not in [own.name for own in kept.history]
+    assert f"from recording {name} on" in rendered(watch_page(kept, "bridge", 5))
+
+
+def test_a_recording_without_modes_is_nothing_to_learn_from(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    record(place, "silent", 1, age=20.0)
+    last = looked(Watch(load_station(place), out, 5, modes_in), out).observations[-1]
+    assert (last.standing, last.words) == (Standing.UNREADABLE, ("no natural mode is seen in it",))
 
 
 def test_a_watch_that_is_killed_goes_on(place: Path, tmp_path: Path) -> None:

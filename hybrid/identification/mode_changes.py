@@ -12,7 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.sparse.csgraph import connected_components
 from scipy.stats import f
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.modes import mac
 from hybrid.identification.config import AMBIENT, CHANGES, PAIRING
 from hybrid.identification.identified_modes import IdentifiedModes
@@ -104,16 +104,28 @@ def _mode_change(i: int, j: int, before: IdentifiedModes, after: IdentifiedModes
     )
 
 
-def common_modes(before: FloatArray, after: FloatArray, criterion: FloatArray) -> list[tuple[int, int]]:
+def common_modes(
+    before: FloatArray, after: FloatArray, criterion: FloatArray, alike: BoolArray | None = None
+) -> list[tuple[int, int]]:
     """Return which modes two recordings have in common, by shape and frequency together (see `pairing`).
 
-    ``before`` (mode,) and ``after`` (other,): frequencies, Hz; ``criterion`` (mode, other), MAC.
+    ``before`` (mode,) and ``after`` (other,): frequencies, Hz; ``criterion`` (mode, other), MAC. Of the modes that are
+    left those that are ``alike`` (mode, other) are one mode each, however far its frequency moved.
     """
     if not criterion.size:
         return []
     apart = np.abs(np.log(after / before[:, None]))
     cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale
-    possible = (criterion >= CHANGES.min_mac) & (apart <= CHANGES.max_change)
-    cost = np.where(possible, cost, PAIRING.max_cost + cost.max())
-    rows, columns = linear_sum_assignment(cost)
+    pairs = _cheapest(cost, (criterion >= CHANGES.min_mac) & (apart <= CHANGES.max_change))
+    if alike is not None:
+        left = alike.copy()
+        for i, j in pairs:
+            left[i, :] = left[:, j] = False
+        pairs += _cheapest(cost, left)
+    return pairs
+
+
+def _cheapest(cost: FloatArray, possible: BoolArray) -> list[tuple[int, int]]:
+    """Return as many of the ``possible`` pairs as there can be, those that cost the least together."""
+    rows, columns = linear_sum_assignment(np.where(possible, cost, PAIRING.max_cost + cost.max()))
     return [(int(i), int(j)) for i, j in zip(rows, columns, strict=True) if possible[i, j]]

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import beta
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.recordings import Sensor
 from hybrid.identification.config import COMPARISON, PAIRING
 
@@ -47,11 +47,16 @@ def paired(
     strength = np.log10(np.clip(energy, PAIRING.least_energy, 1.0))
     cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale - strength
     held = np.minimum.outer(nominal, frequencies) * lasts >= COMPARISON.min_periods
-    chance = beta.sf(criterion, 0.5, (sensors - 1) / 2) if sensors > 1 else np.ones_like(criterion)
     near = apart <= -np.log1p(-COMPARISON.max_frequency_difference)
-    possible = held & (criterion >= COMPARISON.min_mac) & (near | (chance <= PAIRING.max_chance))
+    possible = held & (criterion >= COMPARISON.min_mac) & (near | is_telling(criterion, sensors))
     cost = np.where(possible & (cost < PAIRING.max_cost), cost, PAIRING.max_cost)
     modes, lines = linear_sum_assignment(cost)
     made = cost[modes, lines] < PAIRING.max_cost
     found[modes[made]] = lines[made]
     return tuple(found.tolist())
+
+
+def is_telling(criterion: FloatArray, sensors: int) -> BoolArray:
+    """Return where shapes agree so well, by their MAC at so many ``sensors``, that one drawn at random hardly would."""
+    chance = beta.sf(criterion, 0.5, (sensors - 1) / 2) if sensors > 1 else np.ones_like(criterion)
+    return np.asarray(chance <= PAIRING.max_chance)

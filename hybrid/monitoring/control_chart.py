@@ -26,6 +26,8 @@ from hybrid.monitoring.config import MONITORING
 from hybrid.monitoring.observation import Limits, Observation, SeenMode
 from hybrid.monitoring.tracked_modes import TrackedModes, tracked
 
+NO_MODE = "no natural mode is seen in it"
+
 
 @dataclass(frozen=True)
 class Judged:
@@ -53,15 +55,17 @@ def judged(history: Sequence[Observation], observation: Observation) -> Judged:
         for number, own in enumerate(seen)
     )
     outside = [own for own in limits if own.found is not None and not own.low <= own.found <= own.high]
-    distance = _distance(logs, errors, seen, _energy_of(modes, history), chance)
+    energy, least = _energy_of(modes, history)
+    distance = _distance(logs, errors, seen, energy, chance)
     words = [_moved(own) for own in outside]
     if distance is not None and distance > 1 and not outside:
         moved = max((own for own in limits if own.found is not None), key=lambda own: abs(_change(own)))
         words.append(f"frequencies do not go together as usual; most: {_moved(moved)}")
     whole = [number for number in range(len(seen)) if (modes.numbers[:, number] >= 0).all()]
     lost = [number for number in whole if seen[number] is None]
-    words += [f"mode {number + 1} ({modes.frequencies[number]:.4g} Hz) is not seen" for number in lost]
-    gone = bool(whole) and len(lost) > MONITORING.most_lost * len(whole)
+    strong = [number for number in lost if least[number] >= MONITORING.strong_share]
+    words += [_lost(number, modes, least[number]) for number in lost] if observation.modes else [NO_MODE]
+    gone = not observation.modes or bool(strong) or len(lost) > MONITORING.most_lost * len(whole)
     return Judged(distance, limits, bool(outside) or gone or (distance or 0.0) > 1, tuple(words))
 
 
@@ -78,13 +82,13 @@ def _log_of(mode: SeenMode) -> tuple[float, float]:
     return float(np.log(mode.frequency)), max(mode.frequency_error / mode.frequency, CHANGES.least_error)
 
 
-def _energy_of(modes: TrackedModes, history: Sequence[Observation]) -> FloatArray:
-    """Return the mean energy (mode,) of each tracked mode where it is seen."""
-    found = np.zeros(len(modes.frequencies))
-    for mode in range(len(found)):
+def _energy_of(modes: TrackedModes, history: Sequence[Observation]) -> tuple[FloatArray, FloatArray]:
+    """Return the mean and the least energy, (mode,) each, of each tracked mode where it is seen."""
+    mean, least = np.zeros(len(modes.frequencies)), np.zeros(len(modes.frequencies))
+    for mode in range(len(mean)):
         own = [history[k].modes[n].energy for k, n in enumerate(modes.numbers[:, mode]) if n >= 0]
-        found[mode] = np.mean(own)
-    return found
+        mean[mode], least[mode] = np.mean(own), np.min(own)
+    return mean, least
 
 
 def _limits(number: int, logs: FloatArray, errors: FloatArray, seen: SeenMode | None, chance: float) -> Limits:
@@ -130,6 +134,12 @@ def _at_least(scatter: FloatArray, floor: FloatArray) -> FloatArray:
 
 def _change(own: Limits) -> float:
     return 0.0 if own.found is None else own.found / own.centre - 1
+
+
+def _lost(number: int, modes: TrackedModes, least: float) -> str:
+    strong = f", though it had at least {least:.0%} of the energy in every recording of the history"
+    told = strong if least >= MONITORING.strong_share else ""
+    return f"mode {number + 1} ({modes.frequencies[number]:.4g} Hz) is not seen{told}"
 
 
 def _moved(own: Limits) -> str:

@@ -7,7 +7,10 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.modes import mac
+from hybrid.identification.config import COMPARISON
 from hybrid.identification.mode_changes import common_modes
+from hybrid.identification.pairing import is_telling
+from hybrid.monitoring.config import MONITORING
 from hybrid.monitoring.observation import Observation, SeenMode
 
 
@@ -22,11 +25,17 @@ class TrackedModes:
     shapes: FloatArray
 
     def of(self, observation: Observation) -> list[SeenMode | None]:
-        """Return each tracked mode as another recording shows it, None where it does not."""
+        """Return each tracked mode as another recording shows it, None where it does not.
+
+        A mode whose frequency moved far is known by its shape, where the sensors tell that from others.
+        """
         found: list[SeenMode | None] = [None] * len(self.frequencies)
         if observation.modes and len(self.frequencies):
             criterion = np.atleast_2d(mac(self.shapes, observation.shapes))
-            for mode, own in common_modes(self.frequencies, observation.frequencies, criterion):
+            apart = np.abs(np.log(observation.frequencies / self.frequencies[:, None]))
+            alike = (criterion >= COMPARISON.min_mac) & is_telling(criterion, len(self.shapes))
+            alike &= apart <= MONITORING.max_change
+            for mode, own in common_modes(self.frequencies, observation.frequencies, criterion, alike):
                 found[mode] = observation.modes[own]
         return found
 

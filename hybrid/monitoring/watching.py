@@ -17,7 +17,7 @@ from hybrid.identification.config import COMPARISON
 from hybrid.identification.identification import identify
 from hybrid.identification.pairing import displacements_of
 from hybrid.monitoring.config import MONITORING
-from hybrid.monitoring.control_chart import judged
+from hybrid.monitoring.control_chart import NO_MODE, judged
 from hybrid.monitoring.observation import (
     Kept,
     Observation,
@@ -79,9 +79,9 @@ class Watch:
 
     def _judged(self, observation: Observation, kept: Kept, listed: bool) -> Observation:
         history = kept.history
-        if not observation.modes:
-            return replace(observation, standing=Standing.UNREADABLE, words=("no natural mode is seen in it",))
         if len(history) < max(2, self.least_history) or listed:
+            if not observation.modes:  # nothing to learn from
+                return replace(observation, standing=Standing.UNREADABLE, words=(NO_MODE,))
             return observation
         found = judged(history, observation)
         standing = Standing.ALARM if found.alarm else Standing.USUAL
