@@ -13,6 +13,7 @@ from benchmarks.audit.chain import Problem
 from benchmarks.audit.nested import Target, sampled
 from benchmarks.audit.ranks import PASSES, Uniform, uniform
 from benchmarks.blind.rates import share
+from benchmarks.certificate.code import code_of
 from fe_models.files.atomic import write_json
 from fe_models.progress import progress_bar
 
@@ -66,8 +67,12 @@ class Compared:
 
 
 def run_audit(size: Size, out: Path) -> None:
-    """Collect ranks, compare evidences, and print both; what an earlier run of the same size kept is taken as it is."""
-    folder = out / f"audit_{size.cases}_{size.claims}_{size.draws}_{size.live}"
+    """Collect ranks, compare evidences, and print both; what an earlier run of the same code and size kept is taken as
+    it is.
+    """
+    code = code_of()
+    numbers = f"{size.cases}_{size.claims}_{size.draws}_{size.live}"
+    folder = out / "audit" / f"{code.commit[:12]}{code.changes[:12]}_{numbers}"
     ranks = {name: uniform(_ranks(name, size.draws, folder)) for name in RANKED}
     compared = _compared(size, folder)
     write_json(out / "audit.json", content(compared, ranks))
