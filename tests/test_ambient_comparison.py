@@ -13,11 +13,12 @@ from fe_models.files.dataset_file import save_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.identification.ambient_modes import identify_ambient_modes
-from hybrid.identification.comparison_report import describe_compared, states
+from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.mode_changes import RecordingChange, changes_among, states_among
 from hybrid.identification.recording_comparison import Compared, compare_recordings
 from hybrid.identification.shape_correlation import coordinate_mac
+from hybrid.identification.structure_states import Outcome, states
 from scripts.compare_recordings import app
 from tests.ambient_problems import frame_modes, frame_recording, shear_frame
 
@@ -138,9 +139,56 @@ def test_states_are_connected_by_what_did_not_change() -> None:
         RecordingChange((1, 2), (), other),
     ]
     assert states_among(changes, 3) == [[0, 2], [1]]
-    assert "r1, r3; r2 are states of their own" in states(["r1", "r2", "r3"], changes)
-    assert "nothing changed beyond chance" in states(["r1", "r2"], [RecordingChange((0, 1), (), same)])
-    assert "There is one recording" in states(["r1"], [])
+    assert "r1, r3; r2 are states of their own" in states(["r1", "r2", "r3"], changes).sentence
+    assert "nothing changed beyond chance" in states(["r1", "r2"], [RecordingChange((0, 1), (), same)]).sentence
+    assert "There is one recording" in states(["r1"], []).sentence
+
+
+def test_recordings_without_a_mode_in_common_are_not_called_alike() -> None:
+    low, high = made_up([1.0, 2.0]), made_up([10.0, 20.0])
+    (change,) = changes_among([low, high], [np.eye(2), np.eye(2)])
+    assert (change.modes, change.chance, change.is_plain) == ((), None, False)
+    found = states(["r1", "r2"], [change])
+    assert found.outcome is Outcome.OPEN
+    assert found.sentence.endswith("is open: no mode is seen in both of r1 and r2.")
+
+
+def test_a_mode_of_the_model_counts_however_far_it_moved() -> None:
+    """By more than the 15 % that shapes alone are followed, while the other mode stays."""
+    before, after = made_up([1.0, 5.0]), made_up([0.75, 5.0])
+    numbers = [(0, 1), (0, 1)]
+    (change,) = changes_among([before, after], [np.eye(2), np.eye(2)], numbers)
+    assert [mode.change for mode in change.modes] == pytest.approx([-0.25, 0.0])
+    assert change.is_plain
+
+
+def test_a_mode_that_is_none_of_the_model_s_is_followed_by_its_shape() -> None:
+    """As far as the sensors tell shapes apart, and unless the model says that these are two modes."""
+    before, after = made_up([1.0, 5.0, 7.0]), made_up([0.75, 5.0, 7.0])
+    (change,) = changes_among([before, after], [np.eye(3), np.eye(3)])
+    assert [mode.change for mode in change.modes] == pytest.approx([-0.25, 0.0, 0.0])
+    (two,) = changes_among([before, after], [np.eye(3), np.eye(3)], [(0, -1), (-1, 0)])
+    assert [mode.numbers for mode in two.modes] == [(1, 1), (2, 2)]
+    assert not two.is_plain
+
+
+def test_many_recordings_have_as_many_states_as_there_are() -> None:
+    """Seven before damage, six after it, and two of a third state: more than are compared each with each."""
+    rng = np.random.default_rng(0)
+    frequencies = [1.0] * 7 + [0.9] * 6 + [0.85] * 2
+    found = [made_up([f * (1 + 1e-3 * rng.standard_normal()), 5.0]) for f in frequencies]
+    changes = changes_among(found, [np.eye(2)] * 15)
+    assert states_among(changes, 15) == [list(range(7)), list(range(7, 13)), [13, 14]]
+
+
+def made_up(frequencies: list[float]) -> IdentifiedModes:
+    """Modes whose frequencies are known to 0.1 %."""
+    omega, count, ratio = 2 * np.pi * np.array(frequencies), len(frequencies), 0.01
+    covariance = np.zeros((count, 2 + 2 * count, 2 + 2 * count))
+    covariance[:, 0, 0] = covariance[:, 1, 1] = (1e-3 * omega) ** 2
+    roots = np.asarray(omega * complex(-ratio, np.sqrt(1 - ratio**2)), dtype=np.complex128)
+    shapes = np.eye(count, dtype=complex)
+    return IdentifiedModes(roots, shapes, np.arange(count), covariance, np.full(count, 1 / count), 0.0)
 
 
 def test_the_coordinate_criterion_is_its_formula() -> None:

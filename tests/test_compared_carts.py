@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,12 +18,16 @@ from fe_models.files.dataset_file import load_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.identification.comparison_report import describe_compared, one_structure
+from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.identification.structure_states import Outcome, one_structure
+from hybrid.report.comparison_page import BEYOND_CHANCE, CHANGED, Shown, comparison_page
+from hybrid.report.page import Tone
+from tests.pages import SOURCE
 
 RATE = 30.0  # Hz
 CART = Structure(
@@ -186,16 +191,42 @@ def test_of_a_mode_that_takes_longer_than_the_recording_nothing_is_said() -> Non
 @pytest.mark.parametrize(
     ("left", "sentence"),
     [
-        ([[0.01, 0.1], [0.2, 0.01]], "The recordings are of one structure: the modes of each leave at most 20.0%"),
+        (
+            [[0.01, 0.1], [0.2, 0.01]],
+            "The recordings are of one structure: the modes of each explain 80.0% of",
+        ),
         ([[0.01, 0.9], [0.2, 0.01]], "The recordings are not all of one structure: no two agree"),
-        ([[0.01, 0.1, 0.9], [0.1, 0.01, 0.8], [0.9, 0.9, 0.01]], "r1, r2 agree, r3 do not"),
+        ([[0.01, 0.1, 0.9], [0.1, 0.01, 0.8], [0.9, 0.9, 0.01]], "r1, r2 agree, r3 does not"),
         ([[0.01, 0.1], [0.2, 0.7]], "cannot be told: the modes found in r2 leave more than 50%"),
         ([[0.01]], "There is one recording"),
     ],
 )
 def test_whether_recordings_are_of_one_structure_is_a_sentence(left: list[list[float]], sentence: str) -> None:
     names = [f"r{number + 1}" for number in range(len(left))]
-    assert sentence in one_structure(names, np.array(left))
+    assert sentence in one_structure(names, np.array(left)).sentence
+
+
+def test_free_decays_of_different_rates_are_not_called_different() -> None:
+    found = one_structure(["r1", "r2"], np.full((2, 2), np.nan))
+    assert (found.outcome, "different sampling rates" in found.sentence) == (Outcome.OPEN, True)
+
+
+def test_the_page_of_free_decays_says_one_thing() -> None:
+    """What the sentence says, colour, summary and next step say, too: chance does not decide of free decays."""
+    recordings = tuple(Recording(f"r{seed}", rising(0.0, seed)[None], excitation="free") for seed in (1, 2))
+    data = Dataset(CARTS, RATE, sensors(2), recordings)
+    one = compare_recordings(data)
+    one = replace(one, changes=tuple(replace(change, chance=0.0) for change in one.changes))
+    assert all(change.is_plain for change in one.changes)
+    page = comparison_page(Shown(data, data, one, None), SOURCE)
+    assert page.sentence.startswith("The recordings are of one structure")
+    assert (page.tone, page.summary) == (Tone.GOOD, BEYOND_CHANCE)
+    assert CHANGED not in page.next
+    several = replace(one, left=np.array([[0.0, 0.9], [0.9, 0.0]]))
+    page = comparison_page(Shown(data, data, several, None), SOURCE)
+    assert page.sentence.startswith("The recordings are not all of one structure")
+    assert page.tone is Tone.FOUND
+    assert CHANGED in page.next
 
 
 def test_no_mode_of_the_model_is_said() -> None:

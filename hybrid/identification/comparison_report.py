@@ -1,16 +1,15 @@
 """The comparison of recordings as text: tables in Markdown."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.identification.agreement import largest_agreeing_group
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
-from hybrid.identification.config import AGREEMENT, BACKBONE, COMPARISON
-from hybrid.identification.mode_changes import RecordingChange, states_among
+from hybrid.identification.config import BACKBONE, COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
+from hybrid.identification.structure_states import structure_states
 
 MANY_SIGMA = 10.0  # from where on tenths of a standard deviation tell nothing
 PEAK = f"{COMPARISON.min_peak_ratio:g}"
@@ -18,48 +17,11 @@ PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 def describe_compared(compared: Compared) -> str:
     """Return what is seen, as tables in Markdown."""
-    names = [observed.name for observed in compared.recordings]
-    first = states(names, compared.changes) if compared.has_ambient else one_structure(names, compared.left)
     parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _changes, _coordinates, _shapes]
     if any(not observed.found.is_ambient for observed in compared.recordings):
         parts += [_shares, _decays, _combinations]
     texts = ["\n".join(part(compared)) for part in parts]
-    return "\n\n".join([first, *(text for text in texts if text)])
-
-
-def states(names: list[str], changes: Sequence[RecordingChange]) -> str:
-    """Say which recordings of these ``names`` are of one state of the structure."""
-    if len(names) < 2:
-        return "There is one recording: whether the structure changed cannot be asked."
-    found = states_among(changes, len(names))
-    if len(found) == 1:
-        return "Between the recordings nothing changed beyond chance: the frequencies of their modes agree."
-    told = "; ".join(", ".join(names[number] for number in own) for own in found)
-    return f"The structure changed between the recordings, beyond chance: {told} are states of their own."
-
-
-def one_structure(names: list[str], left: FloatArray) -> str:
-    """Say whether recordings of these ``names`` are of one structure.
-
-    ``left`` (model, recording): the share of a recording's energy that the modes of each leave.
-    """
-    if len(names) < 2:
-        return "There is one recording: whether several are of one structure cannot be asked."
-    most = AGREEMENT.max_unexplained_share
-    unclear = [name for name, own in zip(names, np.diag(left), strict=True) if own >= most]
-    if unclear:
-        found = f"the modes found in {', '.join(unclear)} leave more than {most:.0%} of its own energy"
-        return f"Whether the recordings are of one structure cannot be told: {found}."
-    group = largest_agreeing_group(left)
-    if len(group) == len(names):
-        worst = left[np.ix_(group, group)].max()
-        return f"The recordings are of one structure: the modes of each leave at most {worst:.1%} of another's energy."
-    agreeing, odd = [names[n] for n in group], [name for n, name in enumerate(names) if n not in group]
-    known = f"{', '.join(agreeing)} agree, {', '.join(odd)} do not" if len(group) > 1 else "no two agree"
-    return (
-        f"The recordings are not all of one structure: {known} (the modes of one leave more than {most:.0%} of the"
-        " other's energy)."
-    )
+    return "\n\n".join([structure_states(compared).sentence, *(text for text in texts if text)])
 
 
 def _taken(compared: Compared) -> list[str]:
@@ -124,6 +86,8 @@ def _changes(compared: Compared) -> list[str]:
     ]
     for change in changes:
         first, last = (compared.recordings[number] for number in change.recordings)
+        if not change.modes:
+            lines.append(f"| {first.name} | {last.name} | none is seen in both | - | - | - |")
         for mode in change.modes:
             own, digits = mode.numbers[0], 1 if abs(mode.sigma) < MANY_SIGMA else 0
             name = f"{first.chosen.index(own) + 1}" if own in first.chosen else "other"

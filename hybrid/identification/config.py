@@ -174,6 +174,10 @@ class ChangesConfig:
 
     min_mac: float = 0.8  # of one mode in two states: a lost storey or cable leaves so much of most shapes
     max_change: float = 0.15  # logarithm of its frequency: a quarter of the stiffness that it feels
+    # of one mode by its shape alone, where the sensors tell it from others: of a frequency that fell to 60 %, with two
+    # thirds of the stiffness that it feels
+    alone_mac: float = 0.9
+    alone_change: float = 0.5  # logarithm
     false_alarms: float = 2e-3  # of two recordings of one state called changed; first-order deviations add a little
     least_error: float = 1e-9  # relative: exact data
     max_recordings: int = 12  # of which each two are compared: 66 pairs

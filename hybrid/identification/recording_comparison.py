@@ -63,7 +63,7 @@ class Compared:
     """``nominal`` frequencies (mode,) Hz and ``shapes`` (sensor, mode), of displacements, of the model; ``sensors``:
     their names; ``followed``: numbers (from 0) of the strongest modes, by frequency; ``recordings``, and the share that
     each one's modes leave of the others, ``left`` (model, recording), in windows of ``window`` s, NaN of those that are
-    no free decays; ``changes`` between each two recordings.
+    no free decays; ``changes`` between each two recordings, or each and the first of each state of many.
     """
 
     nominal: FloatArray
@@ -123,7 +123,11 @@ def compare_recordings(
     left, window = _left(dataset, [singles[number] for number in free], [observations[n] for n in free])
     every = np.full((len(singles), len(singles)), np.nan)
     every[np.ix_(free, free)] = left
-    changes = changes_among([own.identified for own in observations], [own.shapes for own in observations])
+    changes = changes_among(
+        [own.identified for own in observations],
+        [own.shapes for own in observations],
+        [own.chosen for own in observations],
+    )
     names = tuple(sensor.name for sensor in dataset.sensors)
     return Compared(nominal, shapes, names, followed, tuple(observations), every, window, changes)
 

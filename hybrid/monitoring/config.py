@@ -16,8 +16,6 @@ class MonitoringConfig:
     most_lost: float = 0.5
     # of the energy, in every recording of the history: accelerations hold little more of a lowest mode, noise less
     strong_share: float = 0.01
-    # logarithm of a frequency, by which a mode may move that is known by its shape: two thirds of the stiffness lost
-    max_change: float = 0.5
     before: int = 3  # recordings of the usual state, the last ones, beside which a changed one is diagnosed
 
 

@@ -7,10 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.modes import mac
-from hybrid.identification.config import COMPARISON
-from hybrid.identification.mode_changes import common_modes
-from hybrid.identification.pairing import is_telling
-from hybrid.monitoring.config import MONITORING
+from hybrid.identification.mode_changes import alike_by_shape, common_modes
 from hybrid.monitoring.observation import Observation, SeenMode
 
 
@@ -32,9 +29,7 @@ class TrackedModes:
         found: list[SeenMode | None] = [None] * len(self.frequencies)
         if observation.modes and len(self.frequencies):
             criterion = np.atleast_2d(mac(self.shapes, observation.shapes))
-            apart = np.abs(np.log(observation.frequencies / self.frequencies[:, None]))
-            alike = (criterion >= COMPARISON.min_mac) & is_telling(criterion, len(self.shapes))
-            alike &= apart <= MONITORING.max_change
+            alike = alike_by_shape(self.frequencies, observation.frequencies, criterion, len(self.shapes))
             for mode, own in common_modes(self.frequencies, observation.frequencies, criterion, alike):
                 found[mode] = observation.modes[own]
         return found

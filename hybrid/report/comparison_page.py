@@ -9,10 +9,10 @@ import numpy as np
 from fe_models.linear import LinearModel
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
-from hybrid.identification.comparison_report import one_structure, states
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.frequency_response import FrequencyResponse
 from hybrid.identification.recording_comparison import Compared, Observed
+from hybrid.identification.structure_states import Outcome, structure_states
 from hybrid.report.assumed_section import what_was_assumed
 from hybrid.report.comparison_figures import figures_of, response_figure
 from hybrid.report.drawings import pictured
@@ -29,6 +29,11 @@ NEXT = (
     " cause."
 )
 AGREES = "The model's frequencies are as near as a model's usually are; a diagnosis (hybrid-modal diagnose) says more."
+BEYOND_CHANCE = (
+    "Frequencies of their modes differ beyond chance, as temperature and the size of the motion make them differ."
+)
+WITHIN_CHANCE = "The frequencies of their modes agree within chance."
+TONES = {Outcome.ONE: Tone.GOOD, Outcome.SEVERAL: Tone.FOUND, Outcome.OPEN: Tone.OPEN}
 CHANGED = "Look for what was done to the structure between recordings of different states."
 RESPONSES_ALONE = "Known forces drove all recordings: held against the model are its frequency response functions."
 
@@ -61,7 +66,7 @@ def comparison_page(shown: Shown, provenance: Provenance) -> Page:
         verdict="What the recordings show by themselves",
         tone=tone,
         sentence=sentence,
-        summary=_states(compared),
+        summary=_summary(compared),
         facts=tuple(_facts(compared, responses)),
         next=tuple(_next(compared)),
         sections=sections,
@@ -74,24 +79,19 @@ def page_from_files(shown: Shown, command: Sequence[str], file: Path, seconds: f
     return comparison_page(shown, provenance_of(command, file, SEED, seconds))
 
 
-def _has_changed(compared: Compared) -> bool:
-    return any(own.is_plain for own in compared.changes)
-
-
 def _answer(compared: Compared | None) -> tuple[str, Tone]:
     """Return whether the recordings are of one structure, in a sentence, and how good that is."""
     if compared is None:
         return RESPONSES_ALONE, Tone.GOOD
-    names = [own.name for own in compared.recordings]
-    told = states(names, compared.changes) if compared.has_ambient else one_structure(names, compared.left)
-    return told, Tone.FOUND if _has_changed(compared) else Tone.GOOD
+    told = structure_states(compared)
+    return told.sentence, TONES[told.outcome]
 
 
-def _states(compared: Compared | None) -> str:
-    """Return which states of the structure the recordings show, where the sentence does not say it."""
+def _summary(compared: Compared | None) -> str:
+    """Return how frequencies of free decays differ, of which the sentence does not speak."""
     if compared is None or compared.has_ambient or len(compared.recordings) < 2:
         return ""
-    return states([own.name for own in compared.recordings], compared.changes)
+    return BEYOND_CHANCE if any(own.is_plain for own in compared.changes) else WITHIN_CHANCE
 
 
 def _farthest(compared: Compared) -> float:
@@ -116,7 +116,7 @@ def _facts(compared: Compared | None, responses: FrequencyResponse | None) -> It
 
 
 def _next(compared: Compared | None) -> Iterator[str]:
-    if compared is not None and _has_changed(compared):
+    if compared is not None and structure_states(compared).outcome is Outcome.SEVERAL:
         yield CHANGED
     yield NEXT if compared is None or _farthest(compared) > FAR else AGREES
 
@@ -200,6 +200,9 @@ def _changes(compared: Compared) -> Table:
         if not every and own.recordings[0] != 0:
             continue
         first, last = (compared.recordings[number] for number in own.recordings)
+        if not own.modes:
+            names = Cell(f"{first.name} to {last.name}")
+            rows.append((names, *[Cell(NOTHING)] * 5, Cell("open: no mode in both")))
         for mode in own.modes:
             frequency = float(first.identified.frequencies[mode.numbers[0]])
             rows.append(
@@ -210,10 +213,10 @@ def _changes(compared: Compared) -> Table:
                     Cell(f"{abs(mode.sigma):.1f}", abs(mode.sigma)),
                     Cell(f"{measured(100 * mode.ratio_change, 100 * mode.ratio_error)} %", mode.ratio_change),
                     fixed(mode.mac, 3),
-                    Cell("changed" if own.is_plain else "within chance"),
+                    Cell("beyond chance" if own.is_plain else "within chance"),
                 )
             )
-    columns = ("recordings", "mode at (Hz)", "frequency", "standard deviations", "damping ratio", "MAC", "structure")
+    columns = ("recordings", "mode at (Hz)", "frequency", "standard deviations", "damping ratio", "MAC", "change is")
     note = (
         "Standard deviations: how many of its own the change of a frequency is. Temperature and the size of the motion"
         " change frequencies by some tenths of a per cent, too."
