@@ -118,8 +118,9 @@ class Carried(ABC):
 class Structure:
     """A plane frame, truss or chain.
 
-    ``nodes``: (x, y) in m. ``directions``: the degrees of freedom that every node carries, ("x",) for a chain.
-    ``divisions``: each beam is split into that many equal finite elements; numbers of nodes and elements stay.
+    ``nodes``: (x, y) in m. ``directions``: the degrees of freedom that every node carries, ("x",) for a chain; they
+    stand in the order of `PLANE_FRAME`, in whatever order they are given. ``divisions``: each beam is split into that
+    many equal finite elements; numbers of nodes and elements stay.
     """
 
     name: str
@@ -132,6 +133,11 @@ class Structure:
     damping: Damping = field(default_factory=Damping)
     effects: tuple[Carried, ...] = ()
     divisions: int = 1
+
+    def __post_init__(self) -> None:
+        known = dict(zip(PLANE_FRAME, range(len(PLANE_FRAME)), strict=True))
+        ordered = sorted(self.directions, key=lambda direction: known.get(direction, len(known)))
+        object.__setattr__(self, "directions", tuple(ordered))
 
     def __repr__(self) -> str:
         counts = {"node": len(self.nodes)}

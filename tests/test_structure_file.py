@@ -14,6 +14,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring
 from fe_models.errors import InputError
 from fe_models.files.structure_file import load_structure, parse_structure, save_structure, structure_table
+from fe_models.modes import natural_modes
 from fe_models.sections import Section
 from fe_models.structure import Beam, Cable, Damping, Dashpot, PointMass, Spring, Structure, Support
 from fe_models.structure_checks import check_structure
@@ -95,6 +96,17 @@ def test_a_file_becomes_the_structure_it_describes(tmp_path: Path) -> None:
     assert structure.effects == (CubicSpring((2, 3), "x", -5.0),)
     assert structure.damping == Damping(modal_ratios=(0.01,))
     assert structure.directions == ("x", "y", "rz")
+
+
+@pytest.mark.parametrize("listed", ['["y", "x", "rz"]', '["rz", "y", "x"]'])
+def test_the_order_of_directions_means_nothing(tmp_path: Path, listed: str) -> None:
+    usual = load_text(tmp_path, PORTAL)
+    other = load_text(tmp_path, PORTAL.replace('name = "portal"', f'name = "portal"\ndirections = {listed}', 1))
+    assert other == usual
+    made = replace(usual, directions=("y", "rz", "x"))
+    assert made.directions == ("x", "y", "rz")
+    np.testing.assert_array_equal(natural_modes(made).omega, natural_modes(usual).omega)
+    np.testing.assert_array_equal(natural_modes(other).omega, natural_modes(usual).omega)
 
 
 @pytest.mark.parametrize("structure", [bridge(), bridge().refined(3), four_dof(), four_dof(0.5)])
