@@ -57,9 +57,9 @@ class BaseMotion:
         displacement.c = displacement.c + self.begun[1]
         return velocity, displacement
 
-    def part(self, begin: int, end: int | None) -> "BaseMotion":
-        """Return the samples from ``begin`` to before ``end``."""
-        velocity, displacement = self.integrals()
+    def part(self, begin: int, end: int | None, course: Course = "smooth") -> "BaseMotion":
+        """Return the samples from ``begin`` to before ``end`` of a motion that takes this ``course`` between them."""
+        velocity, displacement = self.integrals(course)
         begun = float(velocity(begin)), float(displacement(begin))
         return replace(self, values=self.values[begin:end], begun=begun)
 

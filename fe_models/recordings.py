@@ -116,10 +116,12 @@ class Recording:
         """Return every n-th sample, of a recording that no known force drives, at no rate of its own."""
         return replace(self, data=self.data[:, ::every], skipped=self.skipped // every, sampling_rate=None)
 
-    def part(self, begin: int, end: int | None = None) -> "Recording":
-        """Return the samples from ``begin`` to before ``end``, of loads and base motion, too."""
+    def part(self, begin: int, end: int | None = None, course: Course = "smooth") -> "Recording":
+        """Return the samples from ``begin`` to before ``end``, of loads and base motion, too; these take a ``course``
+        between samples (`Dataset.load_course`).
+        """
         loads = tuple(replace(load, values=load.values[begin:end]) for load in self.loads)
-        base = tuple(motion.part(begin, end) for motion in self.base)
+        base = tuple(motion.part(begin, end, course) for motion in self.base)
         return replace(self, data=self.data[:, begin:end], loads=loads, skipped=self.skipped + begin, base=base)
 
 

@@ -12,6 +12,7 @@ from fe_models.base_motion import BaseMotion, base_force, rigid_motion, unit_vec
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.files.dataset_file import load_dataset, save_dataset
+from fe_models.interpolant import Course
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import PointMass, Spring, Structure
 from tests.sample_dataset import MAST
@@ -117,6 +118,31 @@ def test_all_faults_of_base_motions_are_told_at_once(folder: Path) -> None:
 def test_a_part_of_a_recording_has_that_part_of_the_base_motion() -> None:
     part = Recording("r", MOTION[None], base=(BaseMotion("x", ACCELERATION),)).part(3, 20)
     np.testing.assert_array_equal(part.base[0].values, ACCELERATION[3:20])
+
+
+@pytest.mark.parametrize("course", ["smooth", "straight", "held"])
+def test_a_part_goes_on_with_the_motion_of_the_whole(course: Course) -> None:
+    """A constant and a ramp: of 0, 1, 2, ... held, the velocity at sample 4 is 0 + 1 + 2 + 3, else 4^2 / 2."""
+    whole = BaseMotion("x", np.arange(20.0))
+    part = Recording("r", MOTION[None, :20], base=(whole,)).part(4, None, course).base[0]
+    assert part.begun[0] == pytest.approx(6.0 if course == "held" else 8.0, rel=1e-12)
+    for of_part, of_whole in zip(part.integrals(course), whole.integrals(course), strict=True):
+        np.testing.assert_allclose(of_part(np.arange(16)), of_whole(np.arange(4, 20)), rtol=1e-12)
+
+
+def test_what_a_file_cannot_say_of_a_part_is_refused_or_noted(tmp_path: Path) -> None:
+    """Sensors of acceleration, or of motion relative to the base, do not show with what velocity it begins."""
+    part = Recording("r", MOTION[None], base=(BaseMotion("x", ACCELERATION),)).part(16)
+    path = save_dataset(Dataset(CHAIN, 50.0, SENSORS, (part,)), tmp_path / "harmless")
+    assert "# 'r' begins 16 samples after" in path.read_text()
+    np.testing.assert_array_equal(load_dataset(path).recordings[0].data, part.data)
+    absolute = (SENSORS[0], replace(SENSORS[1], reference="absolute"))
+    with pytest.raises(InputError, match=r"'r': its base moves already when it begins.* d2 would be taken wrongly"):
+        save_dataset(Dataset(CHAIN, 50.0, absolute, (part,)), tmp_path / "absolute")
+    assert not (tmp_path / "absolute" / "dataset.toml").exists()
+    held = Dataset(CHAIN, 50.0, SENSORS, (part,), load_course="held")
+    with pytest.raises(InputError, match="load_course = 'held': a dataset file cannot say"):
+        save_dataset(held, tmp_path / "held")
 
 
 def test_the_base_carries_all_mass_of_a_structure_along() -> None:

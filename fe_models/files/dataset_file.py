@@ -70,6 +70,7 @@ from fe_models.files.shared_samples import shared_stretches
 from fe_models.files.structure_file import save_structure
 from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
+from fe_models.files.unsaid import unsaid_faults, unsaid_notes
 from fe_models.linear import LinearModel
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
 from fe_models.structure import Structure
@@ -126,7 +127,8 @@ def save_dataset(dataset: Dataset, folder: str | Path, model_spec: str | None = 
     """Save a dataset as ``dataset.toml`` and what it needs in ``folder``; return its path, for `load_dataset`.
 
     ``model_spec`` names the model ("bridge", "frame.toml"); without it the model is saved beside the dataset. A dataset
-    saved there before is replaced as a whole, or stays as it was. `InputError` where another file is in the way.
+    saved there before is replaced as a whole, or stays as it was. `InputError` where another file is in the way, or
+    where a file has no words for what the dataset knows (`unsaid_faults`).
     """
     results = dataset_in(Path(folder), "save_dataset")
     results.check()
@@ -136,7 +138,11 @@ def save_dataset(dataset: Dataset, folder: str | Path, model_spec: str | None = 
 
 
 def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None) -> Path:
-    """Write the files of `save_dataset` into a new ``folder``, to be exchanged as a set; return that of the dataset."""
+    """Write the files of `save_dataset` into a new ``folder``, to be exchanged as a set; return that of the dataset.
+
+    `InputError` where the files could not say what the dataset knows (`unsaid_faults`).
+    """
+    raise_faults(unsaid_faults(dataset))
     if model_spec is None:
         model_spec = _save_model(dataset.model, folder)
     document: Table = {"schema": 1, "model": model_spec}
@@ -155,7 +161,7 @@ def write_dataset(dataset: Dataset, folder: Path, model_spec: str | None = None)
     if simulation:
         document["simulation"] = simulation
     path = folder / "dataset.toml"
-    write_text(path, toml_text(document))
+    write_text(path, "".join(f"# {note}\n" for note in unsaid_notes(dataset)) + toml_text(document))
     return path
 
 

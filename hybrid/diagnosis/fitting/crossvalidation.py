@@ -58,7 +58,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
         if half < MIN_SAMPLES:
             note = "one short recording and none for testing: the forecasts are scored on what was fitted"
             return replace(dataset, recordings=(only, replace(only, role="test"))), [*twice, note]
-        single = [only.part(begin, begin + half) for begin in (0, half)]
+        single = [only.part(begin, begin + half, dataset.load_course) for begin in (0, half)]
         note = "one recording and none for testing: each half of it is forecast by what was fitted to the other"
     return replace(dataset, recordings=tuple(single)), [*twice, note]
 
