@@ -3,12 +3,14 @@
 import os
 import shutil
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 import pytest
 
 from fe_models.errors import InputError, bad_input_exits
+from fe_models.files import result_set
 from fe_models.files.atomic import write_text
 from fe_models.files.result_list import LIST_FILE
 from fe_models.files.result_set import ResultSet, finish_exchanges
@@ -201,6 +203,50 @@ def test_killed_at_any_step_all_results_are_the_old_ones_or_all_the_new(
     assert outcomes == sorted(outcomes)  # first the old ones, from one step on the new
     assert not outcomes[0]
     assert outcomes[-2]  # there is a step at which the rest is left to the next who comes
+
+
+def overtaken_at(step: int, monkeypatch: pytest.MonkeyPatch, act: Callable[[], None], other: Callable[[], None]) -> int:
+    """Do ``act``, and all that the ``other`` does before its file operation ``step``; return how many it has."""
+    done = 0
+
+    def counted(operation: Callable[..., Any]) -> Callable[..., Any]:
+        def perform(*arguments: Any, **options: Any) -> Any:
+            nonlocal done
+            done += 1
+            if done == step:
+                other()
+            return operation(*arguments, **options)
+
+        return perform
+
+    with monkeypatch.context() as patch:
+        for name in ("replace", "unlink", "rmdir", "mkdir", "fsync"):
+            patch.setattr(os, name, counted(getattr(os, name)))
+        act()
+    return done
+
+
+def test_two_who_complete_one_exchange_at_once_do_not_stop_each_other(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Whichever step the slower one is at when the faster one has done all: what is gone is done."""
+    step, steps = 0, 1
+    while step < steps:
+        step += 1
+        folder = tmp_path / str(step)
+        write(folder, scores_json="old", model_npz="old")
+
+        with monkeypatch.context() as patch:
+            patch.setattr(result_set, "finish_exchanges", lambda folder: None)  # interrupted before
+            write(folder, scores_json="new")
+        assert list(folder.glob(".exchange-*"))
+        finish = partial(finish_exchanges, folder)
+        steps = overtaken_at(step, monkeypatch, finish, finish)
+        assert content(folder) == {"scores.json": "new"}
+        assert not [path for path in folder.iterdir() if path.is_dir()]
+        write(folder, model_npz="newer")
+        assert content(folder) == {"model.npz": "newer"}
+    assert steps > 5
 
 
 def test_a_file_that_the_user_puts_there_meanwhile_stays_and_the_results_are_kept(tmp_path: Path) -> None:

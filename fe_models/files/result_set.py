@@ -12,8 +12,9 @@ that is interrupted after is completed by whoever next reads or writes there (`f
 
 import shutil
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
+from errno import ENOTEMPTY
 from fnmatch import fnmatchcase
 from pathlib import Path
 from secrets import token_hex
@@ -139,6 +140,7 @@ def _agree(names: list[str], reason: str) -> str:
 def finish_exchanges(folder: Path) -> None:
     """Complete the exchanges of results that were interrupted in ``folder``.
 
+    Several processes may do so at once, as whoever reads there does: what is gone has been done by another one.
     `InputError` where a file has been changed since that would be written over.
     """
     for exchange in sorted(folder.glob(f"{EXCHANGE_PREFIX}*")):
@@ -153,9 +155,30 @@ def finish_exchanges(folder: Path) -> None:
                 if (folder / name).exists() and digest(folder / name) not in (old.get(name), new[name])
             )
             for name in waiting:
-                (exchange / name).replace(folder / name)
+                with suppress(FileNotFoundError):
+                    (exchange / name).replace(folder / name)
             for name in old.keys() - new.keys():
-                if digest(folder / name) == old[name]:
-                    (folder / name).unlink()
-            write_list(folder, sets | {command: new}, exchange)
-        shutil.rmtree(exchange)
+                with suppress(FileNotFoundError):
+                    if digest(folder / name) == old[name]:
+                        (folder / name).unlink()
+            _write_list(folder, sets | {command: new}, exchange)
+        shutil.rmtree(exchange, onerror=_unless_done)
+
+
+def _write_list(folder: Path, sets: dict[str, Files], exchange: Path) -> None:
+    """Write the list of ``folder`` by way of ``exchange``, unless that is gone."""
+    if not exchange.is_dir():
+        return
+    try:
+        write_list(folder, sets, exchange)
+    except FileNotFoundError:
+        return
+    except OutputError as error:
+        if not isinstance(error.__cause__, FileNotFoundError):
+            raise
+
+
+def _unless_done(function: object, path: str, error: tuple[type[OSError], OSError, object]) -> None:
+    """Raise what stopped the removal of ``path``, unless another process removes it at the same time."""
+    if not isinstance(error[1], FileNotFoundError) and error[1].errno != ENOTEMPTY:
+        raise error[1]
