@@ -18,7 +18,9 @@ from fe_models.errors import InputError, raise_faults
 from fe_models.items import gravity_load
 from fe_models.joined_laws import Joined, joined_laws, law_forces
 from fe_models.linear import LinearModel
+from fe_models.linear_checks import dof_name
 from fe_models.mesh import mesh
+from fe_models.mode_count import mode_count
 from fe_models.progress import progress_bar
 from fe_models.response import Response
 from fe_models.simulation_size import length_faults
@@ -104,6 +106,7 @@ MAX_USUAL_STEPS = 1_000_000
 """Of one motion, where no step is given: more take many minutes."""
 RK67_MAX_PHASE = 1.0
 """Largest omega times step of the explicit integrator: beyond it is inaccurate, soon after unstable."""
+IMPLICIT = 'fe_models.simulation.simulate_free with FreeConfig(integrator="newmark")'
 LAW_PHASE = 0.5
 """Of what force laws make fastest: where no step is given."""
 
@@ -189,13 +192,16 @@ def _from_states(
 
     mass, damping, stiffness = model.mass.toarray(), full_damping(model), model.stiffness.toarray()
     joined, free = joined_laws(model.dofs, laws), model.dofs.free
+    raise_faults(_massless(model))
     step = config.step if config.step is not None else _usual_step(model, config)
     fastest = _fastest(mass, stiffness, joined) if config.integrator == "rk67" else (0.0, 0.0)
-    if config.step is None and drive is not None:  # friction and stops ask for shorter ones
-        step = min(step, *(LAW_PHASE / rate for rate in fastest if rate > 0))
     steps = _steps(config.duration, config.sampling_rate, step)
-    if config.integrator == "rk67":
-        _check_explicit(*fastest, steps)
+    if config.step is None and (drive is not None or _explicit_faults(*fastest, steps)):  # friction and stops
+        step = min([step, *(LAW_PHASE / rate for rate in fastest if rate > 0)])
+        if drive is None:
+            _refuse_long(config.duration, step)
+        steps = _steps(config.duration, config.sampling_rate, step)
+    raise_faults(_explicit_faults(*fastest, steps))
     push = None if drive is None else lambda time: drive.at(time)[free]
     run = FreeMotion(mass, damping, stiffness, joined, steps, config.integrator, push)
     motions = []
@@ -215,13 +221,17 @@ def _from_states(
 def _usual_step(model: LinearModel, config: FreeConfig) -> float:
     """Return the step that all modes need; `InputError` where that is so short that nobody would wait."""
     step = free_step(model, config.integrator)
-    count = config.duration / step
+    _refuse_long(config.duration, step)
+    return step
+
+
+def _refuse_long(duration: float, step: float) -> None:
+    count = duration / step
     if count > MAX_USUAL_STEPS:
         raise InputError(
-            f"to follow all modes takes steps of {step:.2g} s, {count:.1g} in {config.duration:g} s: give a step,"
-            " and the integrator newmark, which leaves out what modes beyond it do"
+            f"to follow all modes and effects takes steps of {step:.2g} s, {count:.1g} in {duration:g} s: simulate a"
+            f" shorter time; or give a step, in Python, to {IMPLICIT}, which leaves out what modes beyond it do"
         )
-    return step
 
 
 def _steps(duration: float, sampling_rate: float, step: float) -> "Steps":
@@ -273,33 +283,40 @@ def _initial_states(
 def _fastest(mass: FloatArray, stiffness: FloatArray, laws: Joined) -> tuple[float, float]:
     """Return the highest natural frequency (rad/s) and the largest rate of decay (1/s) that explicit steps must follow.
 
-    With the largest slopes that the force laws know of: a stop in contact, friction at rest. `InputError` where degrees
-    of freedom have no mass.
+    With the largest slopes that the force laws know of: a stop in contact, friction at rest.
     """
     stiffest = stiffness + sum(law.largest_slopes[0] * np.outer(pull, pull) for law, pull in laws)
     dampest = sum((law.largest_slopes[1] * np.outer(pull, pull) for law, pull in laws), np.zeros_like(mass))
     last = [len(mass) - 1] * 2
-    try:
-        highest = np.sqrt(eigh(stiffest, mass, eigvals_only=True, subset_by_index=last)[0])
-        fastest = eigh(dampest, mass, eigvals_only=True, subset_by_index=last)[0]
-    except np.linalg.LinAlgError:
-        raise InputError("some degrees of freedom have no mass: choose the integrator newmark") from None
+    highest = np.sqrt(eigh(stiffest, mass, eigvals_only=True, subset_by_index=last)[0])
+    fastest = eigh(dampest, mass, eigvals_only=True, subset_by_index=last)[0]
     return float(highest), float(fastest)
 
 
-def _check_explicit(highest: float, fastest: float, steps: "Steps") -> None:
-    """Refuse steps of the explicit integrator that are too long for what is `_fastest`."""
+def _massless(model: LinearModel) -> list[str]:
+    """Return a fault where motion has no mass: its acceleration follows from no force."""
+    size, modes = model.mass.shape[0], mode_count(model)
+    if modes == size:
+        return []
+    bare = [dof_name(model.dofs, row) for row in np.flatnonzero(model.mass.diagonal() <= 0)[:5]]
+    where = f" ({', '.join(bare)}{', ...' if size - modes > 5 else ''})" if bare else ""
+    return [f"{size - modes} of {size} free degrees of freedom have no mass{where}: free motion needs some at each"]
+
+
+def _explicit_faults(highest: float, fastest: float, steps: "Steps") -> list[str]:
+    """Return why steps of the explicit integrator are too long for what is `_fastest`."""
     step = steps.interval / steps.per_output
     if highest * step > RK67_MAX_PHASE:
-        raise InputError(
-            f"a step of {step:.3g} s is too long for the highest mode ({highest / (2 * np.pi):.4g} Hz): "
-            f"choose at most {RK67_MAX_PHASE / highest:.2g} s, or the integrator newmark"
-        )
+        return [
+            f"a step of {step:.3g} s is too long for the highest mode ({highest / (2 * np.pi):.4g} Hz): choose at most"
+            f" {RK67_MAX_PHASE / highest:.2g} s, or, in Python, {IMPLICIT}"
+        ]
     if fastest * step > RK67_MAX_PHASE:
-        raise InputError(
-            f"a step of {step:.3g} s is too long for an effect that at rest damps within {1 / fastest:.2g} s: choose "
-            f"at most {RK67_MAX_PHASE / fastest:.2g} s, a larger regularisation, or the integrator newmark"
-        )
+        return [
+            f"a step of {step:.3g} s is too long for an effect that at rest damps within {1 / fastest:.2g} s: choose"
+            f" at most {RK67_MAX_PHASE / fastest:.2g} s, a larger regularisation, or, in Python, {IMPLICIT}"
+        ]
+    return []
 
 
 def _laws_alone(effects: tuple[Effect | ForceLaw, ...]) -> tuple[ForceLaw, ...]:

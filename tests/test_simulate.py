@@ -10,14 +10,16 @@ from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
 from fe_models.built_in.four_dof import four_dof
-from fe_models.causes import ConnectorEffect, CubicSpring
+from fe_models.causes import ConnectorEffect, CoulombFriction, CubicSpring
 from fe_models.damping import full_damping, rayleigh_damping
+from fe_models.drive import drive_of
 from fe_models.errors import InputError
 from fe_models.exudyn.solve import Steps, _calmed_by
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
+from fe_models.recordings import Load
 from fe_models.response import Response
-from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
+from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_driven, simulate_free, simulate_release
 from fe_models.statics import PointLoad, load_vector, rest_state
 from fe_models.structure import Cable, Damping, PointMass, Structure, Support
 from tests.problems import TIMBER, WIRE, cantilever, chain_motion, held_mass, newmark
@@ -260,11 +262,35 @@ def test_refuses_steps_that_the_highest_mode_does_not_stand() -> None:
     size = linearise(bridge()).mass.shape[0]
     with pytest.raises(InputError, match="too long for the highest mode"):
         simulate_free(bridge(), np.zeros((1, size)), np.zeros((1, size)), FreeConfig(step=0.05))
-    with pytest.raises(InputError, match="give a step"):
+    with pytest.raises(InputError, match="simulate a shorter time; or give a step"):
         simulate_free(bridge(), np.zeros((1, size)), np.zeros((1, size)))
     massless = replace(cantilever(section=replace(TIMBER, density=0.0)), point_masses=(PointMass(2, 1.0),))
-    with pytest.raises(InputError, match="no mass: choose the integrator newmark"):
-        simulate_free(massless, np.zeros((1, 3)), np.zeros((1, 3)))
+    for integrator in ("rk67", "newmark"):
+        config = FreeConfig(step=1e-3, integrator=integrator)  # type: ignore[arg-type]  # one of both
+        with pytest.raises(InputError, match=r"1 of 3 free degrees of freedom have no mass \(node 2 in rz\)"):
+            simulate_free(massless, np.zeros((1, 3)), np.zeros((1, 3)), config)
+
+
+def test_without_a_step_free_motion_takes_one_that_a_stiff_effect_stands() -> None:
+    """Friction damps the oscillator of 2 kg at rest within 2 kg * 1e-5 m/s / 2 N = 1e-5 s."""
+    sliding = held_mass(100.0).with_effects(CoulombFriction((1,), "x", 2.0, 1e-5))
+    config = FreeConfig(0.05, 100.0)
+    found = simulate_free(sliding, np.array([[1.0]]), np.array([[0.0]]), config)
+    finer = simulate_free(sliding, np.array([[1.0]]), np.array([[0.0]]), replace(config, step=2e-6))
+    # One step of 5e-6 s in which it comes to slide, at 1 m/s^2 more or less, followed for 0.05 s.
+    np.testing.assert_allclose(found.displacement, finer.displacement, atol=2.5e-7)
+    with pytest.raises(InputError, match="an effect that at rest damps within 1e-05 s: choose at most 1e-05 s"):
+        simulate_free(sliding, np.array([[1.0]]), np.array([[0.0]]), replace(config, step=1e-3))
+
+
+def test_a_driven_chain_needs_no_step_of_newmarks_either() -> None:
+    load = Load(1, "x", np.sin(np.arange(50.0) / 5))
+    drive = drive_of(held_mass(100.0), (load,), 50.0)
+    implicit = simulate_driven(held_mass(100.0), drive, FreeConfig(sampling_rate=50.0, integrator="newmark"))
+    explicit = simulate_driven(held_mass(100.0), drive, FreeConfig(sampling_rate=50.0))
+    largest = np.abs(explicit.displacement).max()
+    # Frequencies 1e-4 too low: a phase of 1e-4 * 7.1 rad/s * 1 s; twice that where load and decay interfere.
+    np.testing.assert_allclose(implicit.displacement, explicit.displacement, atol=2e-3 * largest)
 
 
 def test_refuses_configurations_without_sense() -> None:
