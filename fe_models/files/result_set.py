@@ -14,7 +14,7 @@ import shutil
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
-from errno import ENOTEMPTY
+from errno import ENOENT, ENOTEMPTY
 from fnmatch import fnmatchcase
 from pathlib import Path
 from secrets import token_hex
@@ -178,7 +178,8 @@ def _write_list(folder: Path, sets: dict[str, Files], exchange: Path) -> None:
             raise
 
 
-def _unless_done(function: object, path: str, error: tuple[type[OSError], OSError, object]) -> None:
+def _unless_done(function: object, path: str, error: tuple[object, BaseException, object]) -> None:
     """Raise what stopped the removal of ``path``, unless another process removes it at the same time."""
-    if not isinstance(error[1], FileNotFoundError) and error[1].errno != ENOTEMPTY:
-        raise error[1]
+    reason = error[1]
+    if not isinstance(reason, OSError) or reason.errno not in (ENOENT, ENOTEMPTY):
+        raise reason
