@@ -15,6 +15,7 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
 from hybrid.diagnosis.joint.considered import Considered, considered_by_modes, considered_laws
 from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
+from hybrid.diagnosis.joint.found import Found
 from hybrid.diagnosis.joint.look import surely_off
 from hybrid.diagnosis.joint.modal_findings import (
     State,
@@ -131,41 +132,21 @@ def concluded(
     sensors, also those that are never fitted.
     """
     measured, probability = claims.measured, claims.probability
-    fits = [with_unsure_sizes(measured, claims.fits[0]), *claims.fits[1:]]
+    claims = replace(claims, fits=[with_unsure_sizes(measured, claims.fits[0]), *claims.fits[1:]])
+    fits, best = claims.fits, claims.fits[0]
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
-    after = None if laws is None or found is None else Left(laws.track.discrepancy, found.track.discrepancy)
-    at_noise = forecasts if forecasts is not None and forecasts.reach_noise else None
-    if at_noise:
-        after = None  # what the filter sees beside is of no consequence
-    best = fits[0]
-    nominal, first = measured.nominal, best.nuisances
-    theta = best.theta.copy()
-    theta[:first] += measured.offset
-    drawn = as_drawn(measured, best)
-    before, rows = misfit_of(measured, drawn, best), len(best.residual)
-    beyond = max(misfit_of(measured, best, best) - rows, 0.0)  # of what chance leaves
-    left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
-    if at_noise:  # of modes that hardly differ from the drawn ones any share may be left
-        left = min(left, at_noise.unexplained)
-    local = findings_of(measured, fits, probability, before, claims.gains)
-    if after is not None:
-        local = by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in local])
-    both = listed = 1.0  # probabilities that a law and a cause at its place are two, and that the list has the law
-    if laws is not None and found is not None and found.law is not None:
-        both = share_of_two(measured, best, found.law.candidate)
-        listed = both * (1 - laws.other)
-        local = (as_sure(law_finding(measured, laws, found), both), *(as_sure(finding, listed) for finding in local))
+    drawn, after = as_drawn(measured, best), _left_in_motion(laws, motion)
+    before, left = _misfit(measured, drawn, best, forecasts)
+    local, both, listed = _with_law(measured, best, laws, found, _local(claims, before, after))
     groups = _groups_off(measured, best)
-    # as far off as values may be here, the scale being one of many
-    widened = replace(nominal, spread=np.exp(SPREADS.max()) * best.rows.scales(best.sizes))
     return ModalDiagnosis(
         verdict=_verdict(measured, best, (*local, *groups), left, after, listed),
         findings=(*local, *groups),
-        calibration=calibration_of(widened, theta, best.covariance),
+        calibration=_calibration(measured, best),
         unexplained=left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
-        extended=_extended(nominal, best.theta[:first], local),
+        extended=_extended(measured.nominal, best.theta[: best.nuisances], local),
         notes=(*_notes(measured, best), *_notes_on_motion(laws, after), *[TWO_AT_ONE_PLACE] * (both < 1)),
         seconds=0.0,
         has_motion=motion is not None,
@@ -176,6 +157,60 @@ def concluded(
         considered_laws=() if laws is None else considered_laws(laws),
         strays=after is not None and not after.is_usual,
     )
+
+
+def _left_in_motion(laws: LawSearch | None, motion: FoundMotion | None) -> Left | None:
+    """Return what is left of the motion beside the law that was found, if any; None where no laws were looked for, or
+    where forecasts reach the noise, so that it is of no consequence.
+    """
+    if laws is None or motion is None or (motion.forecasts is not None and motion.forecasts.reach_noise):
+        return None
+    return Left(laws.track.discrepancy, motion.found.track.discrepancy)
+
+
+def _misfit(measured: Measured, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
+    """Return the misfit of the ``drawn`` structure, and which share of that beyond chance the ``best`` fit leaves."""
+    before, rows = misfit_of(measured, drawn, best), len(best.residual)
+    beyond = max(misfit_of(measured, best, best) - rows, 0.0)  # of what chance leaves
+    left = float(np.clip(beyond / max(before - rows, beyond, np.finfo(float).tiny), 0.0, 1.0))
+    if forecasts is not None and forecasts.reach_noise:  # of modes that hardly differ any share may be left
+        left = min(left, forecasts.unexplained)
+    return before, left
+
+
+def _local(claims: Claims, misfit: float, after: Left | None) -> tuple[Finding, ...]:
+    """Return the causes of the best claim, each as sure as it may be beside what is left of the motion; ``misfit`` of
+    the drawn structure.
+    """
+    measured = claims.measured
+    found = findings_of(measured, claims.fits, claims.probability, misfit, claims.gains)
+    if after is None:
+        return found
+    return by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in found])
+
+
+def _with_law(
+    measured: Measured, best: ModalFit, laws: LawSearch | None, found: Found | None, local: tuple[Finding, ...]
+) -> tuple[tuple[Finding, ...], float, float]:
+    """Return the force law that was ``found``, if any, before all other findings; and the probabilities that it and a
+    cause at its very place are two, and that what moves in time is on the list.
+    """
+    if laws is None or found is None or found.law is None:
+        return local, 1.0, 1.0
+    both = share_of_two(measured, best, found.law.candidate)
+    listed = both * (1 - laws.other)
+    law = as_sure(law_finding(measured, laws, found), both)
+    return (law, *(as_sure(finding, listed) for finding in local)), both, listed
+
+
+def _calibration(measured: Measured, best: ModalFit) -> tuple[Calibrated, ...]:
+    """Return all nominal values with what was stated of them widened by the scales that the modes ask for, as far as
+    these may be off: one of them is one of many.
+    """
+    spread = np.exp(SPREADS.max()) * best.rows.scales(best.sizes)
+    theta = best.theta.copy()
+    theta[: best.nuisances] += measured.offset
+    return calibration_of(replace(measured.nominal, spread=spread), theta, best.covariance)
 
 
 def _extended(nominal: NominalModel, theta: FloatArray, local: tuple[Finding, ...]) -> Structure | ExtendedMatrices:
