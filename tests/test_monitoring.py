@@ -1,5 +1,6 @@
 """Structures that are watched: control charts, what is kept, new recordings, alarms and their diagnosis."""
 
+import json
 import os
 import time
 from dataclasses import replace
@@ -11,6 +12,7 @@ from typer.testing import CliRunner
 
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
+from fe_models.files.dataset_file import load_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset
 from hybrid.commands import watch as door
@@ -222,7 +224,7 @@ def modes_in(dataset: Dataset) -> tuple[SeenMode, ...]:
 
 def looked(watch: Watch, out: Path) -> Kept:
     """Look at all that is new, as the command does."""
-    kept = load_kept(out, watch.station.digest)
+    kept = load_kept(out, watch.station.digests)
     for own in watch.missing(kept, 10.0, time.time()):
         kept = watch.looked_at(kept, own)
     return watch.diagnosed(kept)
@@ -294,10 +296,10 @@ def test_a_watch_that_is_killed_goes_on(place: Path, tmp_path: Path) -> None:
     usual(place)
     record(place, "changed", 1, age=20.0)
     watch = Watch(load_station(place), out, 5, modes_in, lambda file, folder: None)
-    kept = load_kept(out, watch.station.digest)
+    kept = load_kept(out, watch.station.digests)
     for own in watch.missing(kept, 10.0, time.time())[:3]:
-        watch.looked_at(load_kept(out, watch.station.digest), own)
-    kept = load_kept(out, watch.station.digest)
+        watch.looked_at(load_kept(out, watch.station.digests), own)
+    kept = load_kept(out, watch.station.digests)
     assert len(kept.observations) == 3
     for own in watch.missing(kept, 10.0, time.time()):
         kept = watch.looked_at(kept, own)  # and killed before it is diagnosed
@@ -311,7 +313,7 @@ def test_an_alarm_whose_diagnosis_was_stopped_is_told_when_that_is_done(place: P
     usual(place)
     record(place, "changed", 1, age=20.0)
     watch = Watch(load_station(place), out, 5, modes_in, lambda file, folder: None)
-    stopped = load_kept(out, watch.station.digest)
+    stopped = load_kept(out, watch.station.digests)
     for own in watch.missing(stopped, 10.0, time.time()):
         stopped = watch.looked_at(stopped, own)
     after = looked(watch, out)
@@ -381,11 +383,108 @@ def test_the_history_of_another_structure_is_refused(place: Path, tmp_path: Path
     out.mkdir()
     looked(Watch(load_station(place), out, 5, modes_in), out)
     (place / "dataset.toml").write_text(STATION.replace("sampling_rate = 100.0", "sampling_rate = 50.0"))
-    with pytest.raises(InputError, match="of another structure, or of other sensors"):
-        load_kept(out, load_station(place).digest)
+    with pytest.raises(InputError, match="began with another sampling rate; give another --out"):
+        load_kept(out, load_station(place).digests)
     (out / "watch.json").write_text('{"mine": 1}')
-    with pytest.raises(InputError, match="is no history of this program"):
-        load_kept(out, load_station(place).digest)
+    with pytest.raises(InputError, match="is no history that this version reads"):
+        load_kept(out, load_station(place).digests)
+
+
+def test_what_differs_from_what_the_history_began_with_is_named(place: Path) -> None:
+    """The content of the model's file, the sensors and the rates; not the recordings listed."""
+    begun = load_station(place).digests
+    record(place, "second", 2)
+    table = '{ name = "second", file = "second.npz", key = "data" }'
+    changes = {
+        "recordings = [": f"recordings = [{table}, ",
+        "sampling_rate = 100.0": "sampling_rate = 100.0\nlowpass = 40.0",
+        'name = "a2", node = 2': 'name = "b2", node = 2',
+    }
+    found = []
+    for old, new in changes.items():
+        (place / "dataset.toml").write_text(STATION.replace(old, new))
+        found.append([name for name, own in load_station(place).digests.items() if own != begun[name]])
+    (place / "dataset.toml").write_text(STATION)
+    (place / "mast.toml").write_text((place / "mast.toml").read_text() + "\n# of 1987\n")
+    found.append([name for name, own in load_station(place).digests.items() if own != begun[name]])
+    assert found == [[], ["low-pass frequency"], ["list of sensors"], ["model"]]
+
+
+def test_a_folder_that_is_moved_keeps_its_history(place: Path, tmp_path: Path) -> None:
+    out = tmp_path / "out"
+    out.mkdir()
+    usual(place)
+    kept = looked(Watch(load_station(place), out, 5, modes_in), out)
+    moved = place.rename(tmp_path / "elsewhere")
+    station = load_station(moved)
+    assert looked(Watch(station, out, 5, modes_in), out) == kept
+    record(moved, "changed", 1, age=20.0)
+    diagnosed: list[list[str]] = []
+    watch = Watch(station, out, 5, modes_in, lambda file, _: diagnosed.append(names_in(file)))
+    looked(watch, out)
+    assert diagnosed == [["usual3", "usual4", "usual5", "changed"]]
+
+
+def names_in(file: Path) -> list[str]:
+    return [own.name for own in load_dataset(file).recordings]
+
+
+def test_recordings_that_were_looked_at_may_be_archived(
+    place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Among them the one that is listed; one that is listed later and not there has a row."""
+    monkeypatch.setattr("hybrid.monitoring.watching.modes_of", modes_in)
+    usual(place)
+    words = ["watch", str(place), "--out", str(tmp_path / "out"), "--once", "--no-diagnose"]
+    assert CliRunner().invoke(app, words).exit_code == 0
+    (place / "first.npz").unlink()
+    (place / "usual0.npz").unlink()
+    more = '{ name = "late", file = "late.npz", key = "data" }'
+    (place / "dataset.toml").write_text(STATION.replace('"data" }]', f'"data" }}, {more}]'))
+    record(place, "usual9", 9, age=20.0)
+    ran = CliRunner().invoke(app, words)
+    assert ran.exit_code == 0, ran.output
+    assert "8 recordings make its history" in ran.stdout
+    kept = json.loads((tmp_path / "out" / "watch.json").read_text())["observations"]
+    (row,) = (own for own in kept if own["name"] == "late")
+    assert row["standing"] == "not readable"
+    assert "no such file" in row["words"][0]
+    record(place, "late", 10, age=20.0)
+    assert CliRunner().invoke(app, words).exit_code == 0
+    assert "9 recordings make its history" in (tmp_path / "out" / "watch.html").read_text()
+
+
+def test_recordings_of_one_stem_have_names_of_their_own(place: Path, tmp_path: Path) -> None:
+    """A listed one, one that came before, and two at once."""
+    out = tmp_path / "out"
+    out.mkdir()
+    watch = Watch(load_station(place), out, 5, modes_in)
+    record(place, "a", 2)
+    looked(watch, out)
+    for number, name in enumerate(("first.mat", "a.mat", "b.mat", "b.csv")):
+        (place / name).write_bytes(b"")
+        os.utime(place / name, (time.time() - 50 + number,) * 2)
+    kept = looked(watch, out)
+    assert [own.name for own in kept.observations] == ["first", "a", "first.mat", "a.mat", "b", "b.csv"]
+    assert looked(watch, out) == kept
+
+
+def test_any_failure_of_one_recording_is_a_row(place: Path, tmp_path: Path) -> None:
+    def failing(dataset: Dataset) -> tuple[SeenMode, ...]:
+        if dataset.recordings[0].name == "odd":
+            raise ZeroDivisionError("float division by zero")
+        return modes_in(dataset)
+
+    out = tmp_path / "out"
+    out.mkdir()
+    record(place, "odd", 1, age=30.0)
+    record(place, "next", 1, age=20.0)
+    kept = looked(Watch(load_station(place), out, 5, failing), out)
+    assert [(own.name, own.standing.value) for own in kept.observations[1:]] == [
+        ("odd", "not readable"),
+        ("next", "history"),
+    ]
+    assert "(ZeroDivisionError: float division by zero)" in kept.observations[1].words[0]
 
 
 def test_the_command_looks_once_and_tells_an_alarm_by_its_status(

@@ -21,6 +21,14 @@ def folder(tmp_path: Path) -> Path:
     return write_sample(tmp_path)
 
 
+@pytest.mark.parametrize("step", [0.0, -0.01, np.inf])
+def test_a_time_step_that_is_none_is_told(folder: Path, step: float) -> None:
+    data = free_decay(1)
+    savemat(folder / "r1.mat", {**{name: data[:, k] for k, name in enumerate(NAMES)}, "dt": step})
+    faults = faults_of(folder, ('"r1.npz"\nkey = "data"', '"r1.mat"'))
+    assert_fault(faults, f"r1.mat: its dt is {step:g} s; expected the time step, above 0 s, or none")
+
+
 def test_mat_and_csv_recordings_read_like_npz(folder: Path) -> None:
     data = free_decay(1)
     savemat(folder / "r1.mat", {"acc": data, "dt": 0.01})

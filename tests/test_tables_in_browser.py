@@ -52,7 +52,7 @@ def test_the_page_of_a_watch(width: int, tmp_path: Path) -> None:
     usual = history(np.random.default_rng(1), 8)
     found = judged(usual, observed("now", FREQUENCIES * [1, 0.97, 1]))
     now = observed("now", FREQUENCIES * [1, 0.97, 1], Standing.ALARM)
-    kept = Kept("", (*usual, replace(now, limits=found.limits, distance=found.distance, words=found.words)))
+    kept = Kept({}, (*usual, replace(now, limits=found.limits, distance=found.distance, words=found.words)))
     seen, console = opened(tmp_path, rendered(watch_page(kept, "carts", 5)), width, PROBE)
     assert (seen["wrong"], console, seen["requests"]) == ([], "", [])
     assert seen["names"] == ["1", "2", "3"]

@@ -215,8 +215,12 @@ def _as_columns(path: Path, single: dict[str, NDArray[np.generic]], arrays: Arra
     def read(columns: Sequence[int]) -> FloatArray:
         return np.stack([pick_array(single, names[column], str(path)).ravel() for column in columns], axis=1)
 
-    step = arrays.get(STEP_NAME)
-    rate = 1 / float(step.ravel()[0]) if step is not None and step.size == 1 and step.dtype.kind in "iuf" else None
+    step, rate = arrays.get(STEP_NAME), None
+    if step is not None and step.size == 1 and step.dtype.kind in "iuf":
+        seconds = float(step.ravel()[0])
+        if not 0 < seconds < np.inf:
+            raise InputError(f"{path}: its {STEP_NAME} is {seconds:g} s; expected the time step, above 0 s, or none")
+        rate = 1 / seconds
     return NamedColumns(path, names, ("",) * len(names), read, sampling_rate=rate)
 
 

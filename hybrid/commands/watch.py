@@ -68,7 +68,7 @@ def watch(
       hybrid-modal watch bridge --out runs/watch --once
       hybrid-modal watch bridge --out runs/watch --every 600
     """
-    from hybrid.monitoring.observation import load_kept, save_kept
+    from hybrid.monitoring.observation import STATE_FILE, load_kept, save_kept
     from hybrid.monitoring.station import load_station
     from hybrid.monitoring.watching import Watch, accepted, diagnose_change, new_alarms
     from hybrid.result_sets import watch_in
@@ -76,9 +76,9 @@ def watch(
     status = 0
     with command_line(quiet) as result:
         watch_in(out).check()
-        station = load_station(folder, dataset)
+        station = load_station(folder, dataset, has_begun=(out / STATE_FILE).exists())
         watched = Watch(station, out, history, diagnose=diagnose_change if diagnose else None)
-        kept = load_kept(out, station.digest)
+        kept = load_kept(out, station.digests)
         if accept:
             kept = accepted(kept)
             save_kept(out, kept)

@@ -53,8 +53,9 @@ class Limits:
 
 @dataclass(frozen=True)
 class Observation:
-    """A recording by its ``name``, its ``file``, and when that was written last (``modified``, ns); ``state``: the
-    number of the structure's state, whose history it is held against; its ``standing`` and ``modes``.
+    """A recording by its ``name``, its ``file``, relative to the folder that is watched if in it, and when that was
+    written last (``modified``, ns); ``state``: the number of the structure's state, whose history it is held against;
+    its ``standing`` and ``modes``.
 
     ``distance``: T^2 over its control limit, None of what was not judged; ``limits`` of each tracked mode; ``words``:
     what is unusual, or why it could not be read; ``diagnosis``: the folder, within the results, of the diagnosis of the
@@ -85,9 +86,9 @@ class Observation:
 
 @dataclass(frozen=True)
 class Kept:
-    """All ``observations`` of a station, by the ``digest`` of its description, in the order in which they came."""
+    """All ``observations`` of a station, in the order in which they came; ``digests``: of what they were read by."""
 
-    digest: str
+    digests: dict[str, str]
     observations: tuple[Observation, ...] = ()
 
     @property
@@ -117,23 +118,27 @@ def alarms_at_the_end(observations: Sequence[Observation]) -> list[int]:
     return found[::-1]
 
 
-def load_kept(folder: Path, digest: str) -> Kept:
-    """Return what was kept in ``folder``, nothing where it is new; `InputError` where that is of another station."""
+def load_kept(folder: Path, digests: dict[str, str]) -> Kept:
+    """Return what was kept in ``folder``, nothing where it is new; `InputError` where that is of another station.
+
+    ``digests``: of what recordings are read by, each by its name.
+    """
     path = folder / STATE_FILE
     try:
         text = path.read_bytes()
     except FileNotFoundError:
-        return Kept(digest)
+        return Kept(digests)
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from error
     try:
         kept = TypeAdapter(Kept).validate_json(text)
     except ValidationError as error:
-        raise InputError(f"{path}: is no history of this program; give another --out, or remove it") from error
-    if kept.digest != digest:
+        raise InputError(f"{path}: is no history that this version reads; give another --out, or remove it") from error
+    changed = [name for name in digests if kept.digests.get(name) != digests[name]]
+    if changed:
         raise InputError(
-            f"{path}: is the history of another structure, or of other sensors; give another --out, or remove it to"
-            " begin anew"
+            f"{path}: is a history that began with another {' and another '.join(changed)}; give another --out, or"
+            " remove it to begin anew"
         )
     return kept
 
@@ -146,4 +151,4 @@ def save_kept(folder: Path, kept: Kept) -> None:
 
 def with_last(kept: Kept, last: Observation) -> Kept:
     """Return what is kept with one more observation."""
-    return Kept(kept.digest, (*kept.observations, last))
+    return Kept(kept.digests, (*kept.observations, last))

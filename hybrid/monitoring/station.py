@@ -14,10 +14,17 @@ from fe_models.errors import InputError
 from fe_models.files.array_files import READABLE_SUFFIXES
 from fe_models.files.atomic import write_text
 from fe_models.files.dataset_file import load_dataset
+from fe_models.files.inputs import files_read
+from fe_models.files.models import load_model
 from fe_models.files.tables import read_toml
 from fe_models.files.toml_text import toml_text
 from fe_models.recordings import Dataset
 
+READ_BY = {  # keys of the dataset file, and what each says
+    "sensors": "list of sensors",
+    "sampling_rate": "sampling rate",
+    "lowpass": "low-pass frequency",
+}
 OF_RECORDINGS = ("name", "role", "file")  # what each recording has of its own
 Table = dict[str, Any]
 
@@ -39,15 +46,39 @@ class Station:
     document: Table
 
     @property
-    def digest(self) -> str:
-        """The SHA-256 of what recordings are read by: sensors, rates, the names of the model and its parts."""
-        fixed = {key: value for key, value in self.document.items() if key != "recordings"}
-        return hashlib.sha256(json.dumps(fixed, sort_keys=True, default=str).encode()).hexdigest()
+    def digests(self) -> dict[str, str]:
+        """The SHA-256 of each thing that recordings are read by, whatever folder it lies in."""
+        name = str(self.document["model"])
+        model = hashlib.sha256(b"" if Path(name).is_file() else name.encode())  # of a built-in one
+        for file in files_read(Path(name)):
+            if file.is_file():
+                model.update(file.read_bytes())
+        values = {name: self.document.get(key) for key, name in READ_BY.items()}
+        texts = {name: json.dumps(value, sort_keys=True, default=str) for name, value in values.items()}
+        return {
+            "model": model.hexdigest(),
+            **{name: hashlib.sha256(text.encode()).hexdigest() for name, text in texts.items()},
+        }
+
+    def key(self, file: Path) -> str:
+        """Return how a ``file`` is known: relative to the folder where it is within, so that this may be moved."""
+        return file.relative_to(self.folder).as_posix() if file.is_relative_to(self.folder) else str(file)
+
+    def path(self, key: str) -> Path:
+        """Return the file that is known by a ``key``."""
+        return self.folder / key
 
     @property
     def listed(self) -> list[Arrived]:
         """The recordings that the dataset file names, in its order: the beginning of the history."""
-        return [_arrived(Path(table["file"]), str(table["name"])) for table in self.document["recordings"]]
+        found = list[Arrived]()
+        for table in self.document["recordings"]:
+            file, name = Path(table["file"]), str(table["name"])
+            try:
+                found.append(_arrived(file, name))
+            except InputError:  # archived, or not there yet: who reads it says so
+                found.append(Arrived(name, file, 0))
+        return found
 
     def arrived(self, settled: float, now: float) -> list[Arrived]:
         """Return the other recording files in the folder, the oldest first.
@@ -84,10 +115,11 @@ class Station:
         return _with(table, first["file"], str(own.file)) | {"file": str(own.file)}
 
 
-def load_station(folder: Path, file: Path | None = None) -> Station:
+def load_station(folder: Path, file: Path | None = None, has_begun: bool = False) -> Station:
     """Return what is to be watched in a ``folder``, by its ``dataset.toml`` or another ``file``.
 
-    `InputError` where that does not say how to read a recording.
+    `InputError` where that does not say how to read a recording, or one that it names cannot be read, unless the watch
+    ``has_begun``: recordings may be archived then.
     """
     path = file or folder / "dataset.toml"
     if not folder.is_dir():
@@ -97,11 +129,26 @@ def load_station(folder: Path, file: Path | None = None) -> Station:
     except InputError as error:
         error.add_note("the dataset file says which sensors made the recordings; hybrid-modal inspect writes one")
         raise
-    load_dataset(path)  # which says all that is wrong with it
+    if has_begun:  # what else it says is as it was then, or its digests tell
+        _check_still_there(document, path)
+    else:
+        load_dataset(path)  # which says all that is wrong with it
     if not document.get("recordings"):
         raise InputError(f"{path}: names no recordings; one at least shows how new ones are to be read")
-    whole = {key: value for key, value in document.items() if key != "modes"}
-    return Station(folder.absolute(), _with_whole_paths(whole, path.parent.absolute()))
+    home = path.parent.absolute()
+    whole = _with_whole_paths({key: value for key, value in document.items() if key != "modes"}, home)
+    for table in whole["recordings"]:
+        table["file"] = os.path.normpath(home / table["file"])  # also of one that is not there
+    return Station(Path(os.path.normpath(folder.absolute())), whole)
+
+
+def _check_still_there(document: Table, path: Path) -> None:
+    """Raise `InputError` unless a dataset file names a model that can be read, and the name and file of recordings."""
+    load_model(str(document.get("model", "")), path.parent)
+    tables = document.get("recordings")
+    rows = tables if isinstance(tables, list) else [tables]
+    if not all(isinstance(row, dict) and {"name", "file"} <= row.keys() for row in rows):
+        raise InputError(f"{path}: each of [[recordings]] needs a name and a file")
 
 
 def _arrived(file: Path, name: str) -> Arrived:

@@ -54,24 +54,34 @@ class Watch:
         known = {own.file: own for own in kept.observations}
 
         def is_new(own: Arrived) -> bool:
-            old = known.get(str(own.file))
+            old = known.get(self.station.key(own.file))
             return old is None or (old.standing is Standing.UNREADABLE and old.modified != own.modified)
 
-        return [own for own in (*self.station.listed, *self.station.arrived(settled, now)) if is_new(own)]
+        listed = self.station.listed
+        files = {own.name: self.station.key(own.file) for own in listed}
+        files |= {own.name: own.file for own in kept.observations}
+        new = [own for own in listed if is_new(own)]
+        for own in filter(is_new, self.station.arrived(settled, now)):
+            key = self.station.key(own.file)
+            names = (own.name, own.file.name, *(f"{own.file.name} ({number})" for number in range(2, len(files) + 3)))
+            name = next(name for name in names if files.get(name, key) == key)
+            files[name] = key
+            new.append(replace(own, name=name))
+        return new
 
     def looked_at(self, kept: Kept, own: Arrived) -> Kept:
         """Return what is kept with one more recording, which is written, too."""
         listed = own.file in {each.file for each in self.station.listed}
-        observation = Observation(own.name, str(own.file), own.modified, kept.state, Standing.HISTORY)
+        observation = Observation(own.name, self.station.key(own.file), own.modified, kept.state, Standing.HISTORY)
         try:
             modes = (self.identified or modes_of)(self.station.dataset([own]))
+            observation = self._judged(replace(observation, modes=modes), kept, listed)
         except InputError as error:
             observation = replace(observation, standing=Standing.UNREADABLE, words=error.faults)
-        except np.linalg.LinAlgError as error:  # or every restart would meet it again
-            words = (f"its modes cannot be identified ({error})",)
+        except Exception as error:  # of any kind: the others go on, and every restart would meet it again
+            reason = f"{type(error).__name__}: {' '.join(str(error).split())}"
+            words = (f"it cannot be read, or its modes not be identified ({reason})",)
             observation = replace(observation, standing=Standing.UNREADABLE, words=words)
-        else:
-            observation = self._judged(replace(observation, modes=modes), kept, listed)
         earlier = tuple(each for each in kept.observations if each.file != observation.file)
         found = with_last(replace(kept, observations=earlier), observation)
         save_kept(self.out, found)
@@ -118,11 +128,15 @@ class Watch:
         usual = [
             each
             for each in kept.observations[:number]
-            if each.state == own.state and each.standing in (Standing.HISTORY, Standing.USUAL)
+            if each.state == own.state
+            and each.standing in (Standing.HISTORY, Standing.USUAL)
+            and self.station.path(each.file).is_file()  # and not archived
         ]
+        if not usual:
+            raise InputError("no earlier recording is there any more to compare it with")
         shown = [*usual[-MONITORING.before :], own]
         file = folder / "before_and_after.toml"
-        self.station.write(file, [Arrived(each.name, Path(each.file), each.modified) for each in shown])
+        self.station.write(file, [Arrived(each.name, self.station.path(each.file), each.modified) for each in shown])
         if self.diagnose is not None:
             self.diagnose(file, folder)
 
