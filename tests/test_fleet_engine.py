@@ -12,6 +12,7 @@ import pytest
 from pebble import ProcessExpired
 
 from hybrid.fleet.engine import Answer, Answers, completed
+from hybrid.fleet.failures import failure_of
 from hybrid.fleet.processes import in_processes
 from tests.fleet_work import BAD, DEADLY, ENDLESS, breaking, process, slow, square, threads
 
@@ -78,18 +79,28 @@ def test_what_cannot_be_kept_ends_the_work() -> None:
 def told(answer: Answer[int]) -> str:
     try:
         return str(answer.result())
-    except ProcessExpired as error:
-        return f"died of {error.exitcode}"
     except Exception as error:
-        return type(error).__name__
+        return failure_of(error)
+
+
+def test_what_ended_a_task_is_told_as_an_engineer_reads_it() -> None:
+    assert failure_of(ProcessExpired("Abnormal termination", code=-9)) == (
+        "its process was ended by the system (signal 9): too little memory? Use fewer --jobs"
+    )
+    assert failure_of(ProcessExpired("Abnormal termination", code=-11)).endswith("(signal 11, Segmentation fault)")
+    assert failure_of(ProcessExpired("Abnormal termination", code=3)).endswith("(exit status 3)")
+    assert failure_of(TimeoutError("Task timeout", 21600.0)) == "it was given up after 6 h"
+    assert failure_of(TimeoutError("no answer")) == "TimeoutError: no answer"
+    assert failure_of(ValueError("of its\nown")) == "ValueError: of its own"
 
 
 @pytest.mark.slow
 def test_one_that_raises_dies_or_never_ends_stops_no_other() -> None:
     tasks = [BAD, 2, DEADLY, 3, ENDLESS, 4]
     found = {task: told(answer) for task, answer in in_processes(tasks, 2, breaking, limit=6.0)}
-    wanted = {2: "4", 3: "9", 4: "16", BAD: "ValueError", DEADLY: "died of -9", ENDLESS: "TimeoutError"}
-    assert found == wanted
+    wanted = {2: "4", 3: "9", 4: "16", BAD: "ValueError"}
+    wanted |= {DEADLY: "its process was ended by the system (signal 9)", ENDLESS: "it was given up after 6 s"}
+    assert {task: own.split(": ")[0] for task, own in found.items()} == wanted
 
 
 def test_each_process_has_one_thread_and_gives_way_to_a_fresh_one() -> None:

@@ -8,6 +8,7 @@ from time import monotonic
 from fe_models.files.result_set import ResultSet
 from hybrid.fleet.case import Case, Told, digest_of
 from hybrid.fleet.engine import Answer, Answers, completed
+from hybrid.fleet.failures import failure_of
 from hybrid.fleet.rows import Row, keep_row, kept_rows
 from hybrid.fleet.table import save_table, table_in
 
@@ -53,7 +54,7 @@ def row_of(case: Case, answer: Answer[Outcome]) -> Row:
         outcome = answer.result()
     except Exception as error:  # of any kind, in the work or the process: the other datasets go on
         trace = f"{error.__cause__ or ''}"
-        return replace(row, faults=(f"{type(error).__name__}: {' '.join(str(error).split())}",), trace=trace)
+        return replace(row, faults=(failure_of(error),), trace=trace)
     if not isinstance(outcome, Told):
         return replace(row, faults=tuple(outcome))
     if digest_of(Path(case.file), case.options) != case.digest:
