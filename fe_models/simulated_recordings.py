@@ -17,12 +17,12 @@ from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import PointLoad
 from fe_models.structure import ROTATIONS, TRANSLATIONS, Beam, Cable, Structure
 from fe_models.synthetic import OVERSAMPLING, Acquisition, driven_dataset, free_dataset, release_dataset
+from fe_models.usual_recordings import Kind
 
 QUANTITY_LETTERS: dict[str, Quantity] = {"x": "displacement", "v": "velocity", "a": "acceleration"}
 SENSOR_NAME = re.compile(r"([xva])(\d+)(r?[xyz])?")
 DEFAULT_MOTIONS = 10  # of a chain: enough to train on and to test with, simulated in a second
 Excitation = Load | BaseMotion
-LOWPASS_SHARE = 0.3  # of a frame's sampling rate: that of the laboratory bridge
 
 
 def simulate(
@@ -66,7 +66,7 @@ def simulate(
     if excitation:
         if pulls or duration is not None:
             raise InputError("an excitation says how long recordings are, and nothing is pulled then: leave that out")
-        acquisition = Acquisition(sampling_rate or 100.0, lowpass or None, noise)
+        acquisition = Kind.DRIVEN.acquisition(sampling_rate, lowpass, noise)
         driven = tuple((item,) if isinstance(item, Load | BaseMotion) else tuple(item) for item in excitation)
         if isinstance(model, LinearModel):
             return driven_recordings(model, driven, channels, acquisition, rng)
@@ -76,20 +76,19 @@ def simulate(
             raise InputError("pulls are for frames; a chain moves from random states, see motions")
         if motions < 1:
             raise InputError(f"motions = {motions}; expected at least 1")
-        acquisition = Acquisition(sampling_rate or 10.0, lowpass or None, noise)
-        free = FreeConfig(duration or 50.0, acquisition.sampling_rate)
+        acquisition = Kind.FREE.acquisition(sampling_rate, lowpass, noise)
+        free = FreeConfig(Kind.FREE.duration(duration), acquisition.sampling_rate)
         return _separate(free_dataset(model, motions, channels, acquisition, rng, free, progress))
     if not pulls:
         raise InputError(
             f"{'a frame is' if isinstance(model, Structure) else 'matrices are'} pulled and let go: give pulls, such as"
             " [PointLoad(3, 'y', -10.0)], one for each recording"
         )
-    rate = sampling_rate or 100.0
-    acquisition = Acquisition(rate, LOWPASS_SHARE * rate if lowpass is None else lowpass or None, noise)
+    acquisition, length = Kind.RELEASED.acquisition(sampling_rate, lowpass, noise), Kind.RELEASED.duration(duration)
     releases = tuple((pull,) if isinstance(pull, PointLoad) else tuple(pull) for pull in pulls)
     if isinstance(model, LinearModel):
-        return _separate(released_recordings(model, releases, channels, acquisition, duration or 20.0, rng))
-    release = ReleaseConfig(duration=duration or 20.0, sampling_rate=OVERSAMPLING * rate)
+        return _separate(released_recordings(model, releases, channels, acquisition, length, rng))
+    release = ReleaseConfig(duration=length, sampling_rate=OVERSAMPLING * acquisition.sampling_rate)
     return _separate(release_dataset(model, releases, channels, acquisition, rng, release, progress).dataset)
 
 

@@ -46,7 +46,10 @@ class RecordingOptions:
         None
     )
     sampling_rate: Annotated[float | None, typer.Option(max=1e5, help="Hz. [default: 100; chains 10]")] = None
-    lowpass: Annotated[float | None, typer.Option(help="Hz, 0 for none. [default: 30; chains none]")] = None
+    lowpass: Annotated[
+        float | None,
+        typer.Option(help="Hz, 0 for none. [default: 0.3 times the sampling rate; none for chains and --base]"),
+    ] = None
     noise: Annotated[
         list[str] | None,
         typer.Option(

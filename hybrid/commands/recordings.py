@@ -30,6 +30,7 @@ from fe_models.simulation import FreeConfig, ReleaseConfig
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import ROTATIONS, TRANSLATIONS, Beam, Cable, Direction, Structure
 from fe_models.synthetic import (
+    OVERSAMPLING,
     Acquisition,
     check_driven,
     check_free,
@@ -39,6 +40,7 @@ from fe_models.synthetic import (
     release_dataset,
 )
 from fe_models.time_step import MAX_FREQUENCY_ERROR, TimeStep, free_step, time_step
+from fe_models.usual_recordings import Kind
 from fe_models.value_limits import number_fault
 from hybrid.commands.models import NO_DAMPING
 from hybrid.commands.recording_options import RecordingOptions
@@ -70,7 +72,7 @@ def structure_recordings(model: str, subject: Structure, given: RecordingOptions
         faults.append("recordings need sensors: give at least one --sensor NODE:DIRECTION, such as --sensor 2:x")
     if given.base:
         return _shaken(subject, sensors, given, np.random.default_rng(seed), faults)
-    faults += given.useless("base_direction", "base_unit", because="is of --base, which is not given")
+    faults += base_faults(given)
     is_frame = any(isinstance(element, Beam | Cable) for element in subject.elements)
     make = _frame if is_frame else _chain
     return make(model, subject, sensors, given, np.random.default_rng(seed), faults)
@@ -110,12 +112,12 @@ def _frame(
     releases = all_of(texts, loads_of_pull, faults)
     if not texts:
         faults.append("a frame needs something to let go: give --pull NODE:DIRECTION:FORCE, such as --pull 3:y:-10")
-    acquisition = acquisition_of(given, 100.0, 30.0, faults)
+    acquisition = acquisition_of(given, Kind.RELEASED, faults)
     config = ReleaseConfig(
-        duration=_either(given.duration, 20.0),
-        sampling_rate=5 * acquisition.sampling_rate,
+        duration=Kind.RELEASED.duration(given.duration),
+        sampling_rate=OVERSAMPLING * acquisition.sampling_rate,
         step=given.step,
-        gravity=_either(given.gravity, STANDARD_GRAVITY),
+        gravity=STANDARD_GRAVITY if given.gravity is None else given.gravity,
     )
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
 
@@ -144,7 +146,7 @@ def _shaken(
     if unit not in BASE_UNITS:
         faults.append(f"--base-unit {unit}: expected {' or '.join(BASE_UNITS)}")
     courses = all_of(given.base or (), base_values, faults)
-    acquisition = acquisition_of(given, 100.0, 0.0, faults)
+    acquisition = acquisition_of(given, Kind.DRIVEN, faults)
     raise_faults(faults)
     assert direction is not None  # else there were faults
     excitations = [(BaseMotion(direction, BASE_UNITS[unit] * values),) for values in courses]
@@ -191,8 +193,8 @@ def _chain(
     faults: list[str],
 ) -> Callable[[], Dataset]:
     faults += given.useless("pull", "gravity", because=f"is for frames; {model} is a chain, see --realisations")
-    acquisition = acquisition_of(given, 10.0, 0.0, faults)
-    config = FreeConfig(_either(given.duration, 50.0), acquisition.sampling_rate, given.step)
+    acquisition = acquisition_of(given, Kind.FREE, faults)
+    config = FreeConfig(Kind.FREE.duration(given.duration), acquisition.sampling_rate, given.step)
     raise_faults(faults + check_free(structure, sensors, acquisition))
     needed = free_step(linearise(structure))
     if given.step is not None and given.step > needed:
@@ -200,12 +202,15 @@ def _chain(
     return partial(free_dataset, structure, given.realisations or 1000, sensors, acquisition, rng, config)
 
 
-def acquisition_of(given: RecordingOptions, sampling_rate: float, lowpass: float, faults: list[str]) -> Acquisition:
-    """Return how recordings are made, with the usual rate and low-pass where none is asked for."""
+def acquisition_of(given: RecordingOptions, kind: Kind, faults: list[str]) -> Acquisition:
+    """Return how recordings are made, with what is usual for their ``kind`` where nothing is asked for."""
     noise = noting(faults, "", _noise, given.noise) if given.noise else None
-    lowpass = _either(given.lowpass, lowpass)
-    usual = Acquisition.noise if noise is None else noise
-    return Acquisition(_either(given.sampling_rate, sampling_rate), lowpass or None, usual)
+    return kind.acquisition(given.sampling_rate, given.lowpass, noise)
+
+
+def base_faults(given: RecordingOptions) -> list[str]:
+    """Return a fault for each option on the motion of a base where none is given."""
+    return given.useless("base_direction", "base_unit", because="is of --base, which is not given")
 
 
 def _noise(texts: list[str]) -> float | dict[str, float]:
@@ -228,10 +233,6 @@ def _noise(texts: list[str]) -> float | dict[str, float]:
             "--noise: give either one number, over each channel's standard deviation, or each with its unit"
         )
     return found[""]
-
-
-def _either(wish: float | None, default: float) -> float:
-    return default if wish is None else wish
 
 
 def all_of(texts: Iterable[str], read: Callable[[str], Value], faults: list[str]) -> tuple[Value, ...]:
