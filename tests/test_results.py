@@ -10,6 +10,7 @@ import torch
 
 from fe_models.arrays import FloatArray
 from fe_models.built_in.four_dof import four_dof
+from fe_models.dof_map import DofMap
 from fe_models.dofs import structure_dofs
 from fe_models.errors import InputError
 from fe_models.files.result_list import LIST_FILE
@@ -78,6 +79,21 @@ def test_field_scores_are_relative_errors_of_the_translations() -> None:
     modal = ModalModel(np.array([1.0, 2.0]), np.zeros(2), shapes, dofs)
     comparison = Comparison(np.zeros((1, 30, 1)), forecast_of(0.5 * q), banded(forecast_of(3 * q)))
     assert field_scores(comparison, modal, truth[None]) == pytest.approx({"hybrid": 2.0, "fe": 0.5}, rel=1e-12)
+
+
+def test_a_floor_that_moves_up_and_down_is_shown_and_scored() -> None:
+    """Node 1 hardly moves, in x; node 2 does, in z, and turns far more about y."""
+    directions = np.array(["x", "y", "z", "ry"] * 2)
+    dofs = DofMap(np.repeat([1, 2], 4), directions, np.ones(8, dtype=bool))
+    shapes = np.array([[1e-3, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 50.0]]).T
+    modal = ModalModel(np.array([1.0]), np.zeros(1), shapes, dofs)
+    q = np.random.default_rng(0).standard_normal((30, 1))
+    assert results._most_moved_translation(modal, q @ shapes.T) == 6
+    truth = q @ shapes.T
+    truth[:, 6] *= 2.0
+    comparison = Comparison(np.zeros((1, 30, 1)), forecast_of(q), banded(forecast_of(2 * q)))
+    found = field_scores(comparison, modal, truth[None])
+    assert found == pytest.approx({"hybrid": 0.0, "fe": 0.5}, abs=1e-3)  # the share of x, which is not doubled
 
 
 def test_all_windows_whose_truth_is_known_count_for_the_field() -> None:

@@ -9,6 +9,7 @@ from fe_models.arrays import FloatArray
 from fe_models.linear import ModalModel
 from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.structure import TRANSLATIONS
 from hybrid.estimation.config import UNCERTAINTY
 from hybrid.estimation.experts import Hybrid, fe_counterpart
 from hybrid.estimation.forecast import Forecast, forecast_windows, solves_for_states
@@ -87,7 +88,7 @@ def field_scores(comparison: Comparison, modal: ModalModel, truth: FloatArray) -
     RMS over all translations, times and windows of the error, over that of the truth (window, time, dof): the truth of
     the first windows compared.
     """
-    rows = np.isin(modal.dofs.direction, ["x", "y"])
+    rows = np.isin(modal.dofs.direction, TRANSLATIONS)
     known = truth[:, :, rows]
     size = np.sqrt(np.mean(known**2))
     coordinates = {"fe": comparison.fe.q, "hybrid": comparison.hybrid.forecast.q}

@@ -14,7 +14,7 @@ from fe_models.files.run_folder import Prediction, save_prediction, save_run_mod
 from fe_models.linear import ModalModel
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset
-from fe_models.structure import Structure
+from fe_models.structure import TRANSLATIONS, Structure
 from hybrid.estimation.experts import Experts
 from hybrid.estimation.forecast import Forecast
 from hybrid.estimation.linear_calibration import Observer, free_part, smooth
@@ -212,7 +212,7 @@ def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | N
 
     ``nodes``: how many the structure has; those that dividing its beams adds have no number in a drawing.
     """
-    motion = np.abs(field).max(axis=0) * np.isin(modal.dofs.direction, ["x", "y"])
+    motion = np.abs(field).max(axis=0) * np.isin(modal.dofs.direction, TRANSLATIONS)
     if nodes is not None:
         motion = motion * (modal.dofs.node <= nodes)
     return int(np.argmax(motion))
