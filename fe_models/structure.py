@@ -21,11 +21,15 @@ PLANE_FRAME: tuple[Direction, ...] = ("x", "y", "rz")
 
 @dataclass(frozen=True)
 class Beam:
-    """An Euler-Bernoulli beam between two nodes, rigidly joined at both; consistent mass."""
+    """An Euler-Bernoulli beam between two nodes, rigidly joined at both; consistent mass.
+
+    ``group``: the name of the elements, of any kind, whose stiffness and mass are uncertain as a whole
+    (`uncertain_parts`); None where none is given.
+    """
 
     nodes: tuple[int, int]
     section: Section
-    group: str = "beam"
+    group: str | None = None
 
 
 @dataclass(frozen=True)
@@ -39,7 +43,7 @@ class Cable:
     section: Section
     prestress: float = 0.0
     tension_only: bool = True
-    group: str = "cable"
+    group: str | None = None
 
 
 @node_or_nodes
@@ -50,10 +54,15 @@ class Spring:
     nodes: tuple[int] | tuple[int, int]
     direction: Direction
     stiffness: float
-    group: str = "spring"
+    group: str | None = None
 
 
 Element = Beam | Cable | Spring
+
+
+def group_name(element: Element) -> str:
+    """Return the name of an element's group, that of its kind where none is given."""
+    return type(element).__name__.lower() if element.group is None else element.group
 
 
 @dataclass(frozen=True)

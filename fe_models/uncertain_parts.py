@@ -1,7 +1,8 @@
 """The parts of a structure whose stiffness or mass its owner knows only within a tolerance, each as a whole.
 
-Every spring, every group of beams and every cable, or every group of cables that has a name of its own, has one
-stiffness; so has the mass of every group of beams, with the point masses along it, and every other point mass.
+Every group of elements that its owner named has one stiffness, so have all beams without a group together, and every
+other cable and spring; so has the mass of every group with beams, with the point masses along it, and every other point
+mass.
 """
 
 from collections import defaultdict
@@ -9,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
-from fe_models.structure import Beam, Cable, Element, Spring, Structure
+from fe_models.structure import Beam, Element, Spring, Structure
 
 # of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
 MIN_LUMPED_SHARE = 0.5
@@ -52,7 +53,7 @@ class UncertainPart:
 
     def _scaled_element(self, element: Element, factor: float) -> Element:
         if isinstance(element, Spring):
-            return replace(element, stiffness=element.stiffness * factor)
+            return replace(element, stiffness=element.stiffness * factor) if self.quantity == "stiffness" else element
         section = element.section
         where = f" in {self.elements[0]}-{self.elements[-1]}"  # other elements may keep the section as it is
         section = replace(section, name=section.name.removesuffix(where) + where)
@@ -63,20 +64,16 @@ class UncertainPart:
 
 def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
     """Return all stiffnesses, then all masses; the wires' own mass, which nothing feels, goes with no part."""
-    beams, bars = defaultdict[str, list[int]](list), defaultdict[str, list[int]](list)
-    single = []
+    groups, single = defaultdict[str | None, list[int]](list), []
     for number, element in enumerate(structure.elements, start=1):
-        if isinstance(element, Beam):
-            beams[element.group].append(number)
-        elif isinstance(element, Cable) and element.group != Cable.group:
-            bars[element.group].append(number)
+        if isinstance(element, Beam) or element.group is not None:
+            groups[element.group].append(number)
         else:
             single.append(number)
-    groups = [tuple(numbers) for numbers in beams.values()]
-    stiffness = sorted([*groups, *map(tuple, bars.values()), *((number,) for number in single)])
+    stiffness = sorted([*map(tuple, groups.values()), *((number,) for number in single)])
     masses, carrying = [], {point.node for point in structure.point_masses}
     loose = set(carrying)
-    for numbers in groups:
+    for numbers in with_mass(structure, groups.values()):
         nodes = _nodes(structure, numbers)
         along = nodes & loose if len(nodes & carrying) >= MIN_LUMPED_SHARE * len(nodes) else set()
         loose -= along
@@ -86,6 +83,16 @@ def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
         *masses,
         *(UncertainPart("mass", (), (node,)) for node in sorted(loose)),
     )
+
+
+def with_mass(structure: Structure, groups: Iterable[Iterable[int]]) -> list[tuple[int, ...]]:
+    """Return the numbers of those elements of each of the ``groups`` with beams that have mass: all but springs."""
+    members = [[(number, structure.elements[number - 1]) for number in numbers] for numbers in groups]
+    return [
+        tuple(number for number, element in group if not isinstance(element, Spring))
+        for group in members
+        if any(isinstance(element, Beam) for _, element in group)
+    ]
 
 
 def _nodes(structure: Structure, numbers: Iterable[int]) -> set[int]:

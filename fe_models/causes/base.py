@@ -9,7 +9,7 @@ from typing import Any, ClassVar, get_args
 
 from fe_models.causes.force_law import ForceLaw
 from fe_models.causes.wording import sentence
-from fe_models.structure import ROTATIONS, Carried, Direction, Structure
+from fe_models.structure import ROTATIONS, Carried, Direction, Structure, group_name
 
 
 def parameter(unit: str, turning: str = "", word: str = "", **options: Any) -> Any:
@@ -165,15 +165,19 @@ def group_faults(structure: Structure, elements: tuple[int, ...], group: str) ->
         return element_faults(structure, elements)
     if elements:
         return [f"names group {group!r} and elements; give one of them"]
-    known = dict.fromkeys(element.group for element in structure.elements)
+    known = dict.fromkeys(group_name(element) for element in structure.elements)
     return [] if group in known else [f"there is no group {group!r}; the groups are {', '.join(known)}"]
 
 
 def elements_of(structure: Structure, elements: tuple[int, ...], group: str) -> tuple[int, ...]:
-    """Return the numbers of ``elements``, or of those that a ``group`` has."""
+    """Return the numbers of ``elements``, or of those that a ``group`` has: where nobody gave that name, of all of the
+    kind that it names ("beam") without one.
+    """
     if not group:
         return elements
-    return tuple(number for number, element in enumerate(structure.elements, start=1) if element.group == group)
+    numbered = list(enumerate(structure.elements, start=1))
+    given = tuple(number for number, element in numbered if element.group == group)
+    return given or tuple(number for number, element in numbered if group_name(element) == group)
 
 
 def value_of(values: float | tuple[float, ...], position: int) -> float:

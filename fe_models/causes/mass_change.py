@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from fe_models.causes.base import Part, elements_of, group_faults, negative_faults, parameter
 from fe_models.structure import Structure
-from fe_models.uncertain_parts import UncertainPart, uncertain_parts
+from fe_models.uncertain_parts import UncertainPart, uncertain_parts, with_mass
 
 
 @dataclass(frozen=True)
@@ -33,7 +33,8 @@ class MassChange(Part):
     def extend(self, structure: Structure) -> Structure:
         """Return the structure with the elements' mass multiplied."""
         known = (part for part in uncertain_parts(structure) if part.quantity == "mass")
-        numbers = elements_of(structure, self.elements, self.group)
+        named = elements_of(structure, self.elements, self.group)
+        numbers = next(iter(with_mass(structure, [named])), named)
         own = next((part for part in known if part.elements == numbers), UncertainPart("mass", numbers))
         return own.scaled(structure, self.factor)
 

@@ -20,8 +20,8 @@
     kind = "beam"                      # "beam", "cable" (also: prestress; tension_only = false for a bar) or
     through = [1, 2, 3, 4]             # "spring" (direction, stiffness; node = 1 for one to ground)
     section = "column"                 # through: one element after the other; nodes = [1, 2]: one alone
-    group = "frame"                    # a free name; to the diagnosis, a group's stiffness is off as a whole; springs,
-                                       # and cables without one, each by itself. So is its mass, with point masses
+    group = "frame"                    # a free name; to the diagnosis, a group's stiffness is off as a whole; springs
+                                       # and cables without one each by itself. So is its mass, with point masses
                                        # that half of its nodes carry: name a group a storey where floors weigh apart
 
     [[supports]]

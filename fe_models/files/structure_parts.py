@@ -26,7 +26,7 @@ Placed = list[tuple[str, T | None]]
 class _BeamTable:
     nodes: tuple[int, int]
     section: str
-    group: str = "beam"
+    group: str | None = None
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,7 @@ class _CableTable:
     section: str
     prestress: float = 0.0
     tension_only: bool = True
-    group: str = "cable"
+    group: str | None = None
 
 
 KINDS: dict[str, Any] = {"beam": _BeamTable, "cable": _CableTable, "spring": Spring}

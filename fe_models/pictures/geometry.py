@@ -25,6 +25,7 @@ from fe_models.structure import (
     Direction,
     Structure,
     Support,
+    group_name,
 )
 
 CONNECTION = "stiffness between nodes"  # what is drawn of imported matrices, where no structure says what it is
@@ -125,7 +126,7 @@ def outline(model: Structure | LinearModel) -> Outline:
         element = drawn.elements[part.parent - 1]
         if len(part.nodes) == 2:
             kind: Kind = "beam" if isinstance(element, Beam) else "cable" if isinstance(element, Cable) else "spring"
-            ends.setdefault((element.group, kind), []).append((part.nodes[0] - 1, part.nodes[1] - 1))
+            ends.setdefault((group_name(element), kind), []).append((part.nodes[0] - 1, part.nodes[1] - 1))
         elif not isinstance(element, Beam | Cable):
             grounded.append((part.nodes[0] - 1, element.direction))
     return Outline(
