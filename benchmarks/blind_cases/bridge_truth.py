@@ -18,7 +18,7 @@ from fe_models.causes.laws import force_laws
 from fe_models.linear import LinearModel, ModalModel
 from fe_models.modes import natural_modes
 from fe_models.recordings import QUANTITIES, Sensor, Uncertainty
-from fe_models.structure import Beam, Element, Spring, Structure
+from fe_models.structure import Beam, Element, Spring, Structure, group_name
 
 OUTPUT_RATE = 500.0  # Hz; far enough above the recordings' rate for their low-pass to act first
 SMOOTH_STEPS, STEPS = 1, 2  # in each 1 / OUTPUT_RATE: without force laws and with them
@@ -61,7 +61,7 @@ def off_by_uncertainty(design: Structure, rng: np.random.Generator) -> Structure
     groups: dict[str, list[int]] = {}
     weight: dict[int, float] = {}  # of each node's added mass, relative to the drawn one
     for position, element in enumerate(elements):
-        name = element.group if isinstance(element, Beam) else f"cable {position + 1}"
+        name = group_name(element) if isinstance(element, Beam) else f"cable {position + 1}"
         groups.setdefault(name, []).append(position)
     for name, positions in groups.items():
         stiffness, mass = 1 + np.array([usual.stiffness, usual.mass]) * rng.standard_normal(2)
