@@ -28,6 +28,16 @@ NOISE = np.random.default_rng(0).standard_normal((SAMPLES, 3))
 AMBIENT = np.asarray(lfilter([1.0], [1.0, -1.94, 0.98], NOISE, axis=0))  # one mode near 4 Hz, driven by white noise
 
 
+@pytest.mark.parametrize("motion", [AMBIENT, np.zeros((0, 3)), np.full((SAMPLES, 3), np.nan)])
+def test_a_channel_without_any_sample_leaves_the_guess_as_it_is(motion: FloatArray) -> None:
+    """Quietly: warnings are errors here."""
+    dead = np.full((len(motion), 1), np.nan)
+    names, units = ["a", "b", "c", "d"], ["m/s^2"] * 4
+    guess = likely_excitation(names, units, np.hstack([motion, dead]))
+    assert guess == likely_excitation(names[:3], units[:3], motion)
+    assert guess.moved is (Moved.AMBIENT if np.isfinite(motion).any() else Moved.UNCLEAR)
+
+
 def facts(values: FloatArray) -> ChannelFacts:
     return channel_facts("a", "m/s^2", values, RATE)
 

@@ -60,7 +60,9 @@ def likely_excitation(names: Sequence[str], units: Sequence[str], values: FloatA
 
 def course_of_power(values: FloatArray) -> FloatArray:
     """Return the RMS of all channels together in each block (block,), every channel over its own standard deviation."""
-    centred = np.nan_to_num(values - np.nanmean(values, axis=0)) if len(values) else values
+    centred = np.nan_to_num(_centred(values))
+    if not centred.size:
+        return np.zeros(1)
     spread = centred.std(axis=0)
     alive = centred[:, spread > 0] / spread[spread > 0]
     blocks = np.array_split(alive, min(BLOCKS, max(len(alive) // 8, 1)))
@@ -69,10 +71,18 @@ def course_of_power(values: FloatArray) -> FloatArray:
 
 def _kurtosis(values: FloatArray) -> float:
     """Return the mean kurtosis of the channels: 3 of normal distributed values, 1.5 of a sine."""
-    centred = values - np.nanmean(values, axis=0)
+    centred = _centred(values)
+    if not centred.size:
+        return 0.0
     variance = np.nanmean(centred**2, axis=0)
     alive = variance > 0
     return float(np.mean(np.nanmean(centred[:, alive] ** 4, axis=0) / variance[alive] ** 2)) if alive.any() else 0.0
+
+
+def _centred(values: FloatArray) -> FloatArray:
+    """Return the channels that have any sample, each less its mean; lost samples (NaN) stay."""
+    alive = values[:, ~np.isnan(values).all(axis=0)]
+    return np.asarray(alive - np.nanmean(alive, axis=0)) if alive.size else alive
 
 
 def _by_course(values: FloatArray) -> Moved:
@@ -84,7 +94,7 @@ def _by_course(values: FloatArray) -> Moved:
     peak, begins = int(np.argmax(power)), int(np.flatnonzero(power > QUIET)[0])
     if peak - begins >= RISE_BLOCKS and _falls(power[peak:]) and power[-1] < QUIET:
         return Moved.EARTHQUAKE
-    motion = np.nan_to_num(values - np.nanmean(values, axis=0))
+    motion = np.nan_to_num(_centred(values))
     course = course_of([motion], 1.0, strongest_line(motion) / len(motion), 0.5)
     match course:
         case Course.STARTS_AGAIN:
