@@ -63,6 +63,10 @@ def test_a_group_that_is_called_as_its_kind_is_kept_in_its_file() -> None:
 def test_a_change_of_a_group_finds_its_elements() -> None:
     softer = StiffnessChange((), 0.5, "soil").extend(FRAME).elements
     assert [element.stiffness for element in softer if isinstance(element, Spring)] == [100.0, 50.0, 50.0, 100.0, 100.0]
+    each = StiffnessChange((), (0.5, 0.25), "soil").extend(FRAME).elements  # one for each, in the order of the file
+    assert [element.stiffness for element in each if isinstance(element, Spring)] == [100.0, 50.0, 25.0, 100.0, 100.0]
+    with pytest.raises(InputError, match="factor lists 3 values for 2 places; give one each"):
+        require_structure(replace(FRAME, effects=(StiffnessChange((), (0.5, 0.25, 1.0), "soil"),)))
     heavier = MassChange((), 2.0, "roof").extend(FRAME)
     assert heavier.elements[1].section.density == 2 * TIMBER.density  # type: ignore[union-attr]  # a beam
     assert heavier.elements[6:] == FRAME.elements[6:]  # a spring's stiffness is no mass

@@ -46,7 +46,9 @@ class StiffnessChange(Searched, Part):
 
     def faults(self, structure: Structure) -> list[str]:
         """Return faults of the elements and of the factors."""
-        faults = group_faults(structure, self.elements, self.group) + count_faults("factor", self.factor, self.elements)
+        faults = group_faults(structure, self.elements, self.group)
+        places = elements_of(structure, self.elements, self.group)
+        faults += count_faults("factor", self.factor, places) if places else []
         factors = self.factor if isinstance(self.factor, tuple) else (self.factor,)
         return faults + self.number_faults() + [fault for value in factors for fault in negative_faults(factor=value)]
 

@@ -40,7 +40,7 @@ point_damper (coefficient), quadratic_damper (coefficient), coulomb_friction (fo
 (stiffness), quadratic_spring (stiffness), gap_stop (gap, stiffness, side), hysteretic_spring (stiffness, force,
 sharpness); slack_cable (element, pretension);
 harmonic_force (node, direction, amplitude, frequency; phase). What follows a semicolon may be left out. Of factor,
-force and ratio one stands for all places, or a list holds one for each.
+force and ratio one stands for all places, or a list holds one for each; of mass_change's factor one stands for all.
 """
 
 from collections.abc import Sequence
