@@ -309,7 +309,7 @@ def test_a_stop_sets_in_smoothly_and_is_exact_beyond() -> None:
 )
 def test_refuses_steps_that_an_effect_does_not_stand(effect: Effect, words: str) -> None:
     with pytest.raises(InputError, match=words):
-        simulate_free(four_dof().with_effects(effect), np.ones((1, 4)), np.zeros((1, 4)))
+        simulate_free(four_dof().with_effects(effect), np.ones((1, 4)), np.zeros((1, 4)), FreeConfig(step=0.01))
 
 
 def test_matrices_alone_take_no_effect_that_changes_a_structure() -> None:
