@@ -12,8 +12,8 @@ from hybrid.monitoring.observation import Kept, Standing
 from hybrid.monitoring.page import watch_page
 from hybrid.report.rendering import rendered
 from tests.browser import needs_browser, opened
+from tests.test_control_chart import FREQUENCIES, history, observed
 from tests.test_fleet import rows
-from tests.test_monitoring import FREQUENCIES, history, observed
 
 # What a reader does: sort the first table by its first column; then what became of it, told to the frame.
 PROBE = """
