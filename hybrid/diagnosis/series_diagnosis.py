@@ -43,7 +43,7 @@ class SeriesSearch:
                 course, note = told
                 setting = setting_of(replace(self.dataset, load_course=course))
                 setting = replace(setting, notes=(note, *setting.notes))
-                evidence = gather(Singles.of(setting, tell), tell)
+                evidence = gather(Singles.of(setting, tell), tell, pairs)
             tell("forecasts")
             return concluded(setting, evidence)
 

@@ -20,7 +20,7 @@ HOW = (
     "A forecast goes on from the first fifth of a recording; its error is taken over the rest. NRMSE: root mean square"
     " of the error over the channel's range, mean over channels. A perfect model would reach the noise floor."
 )
-TESTED = "Forecast are recordings that were kept for this and never fitted: {names}."
+TESTED = "Recordings that were kept for testing, and never fitted, are forecast: {names}."
 NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something is left, see “What is not known”."
 PART = "; on the right the part where they differ most"
 IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
