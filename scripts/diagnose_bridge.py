@@ -9,15 +9,14 @@ import typer
 from fe_models.errors import noting, raise_faults
 from fe_models.files.bridge_recordings import RECORDINGS, write_bridge_dataset
 from fe_models.files.dataset_file import load_dataset
-from fe_models.progress import progress_bar, stage_bar
+from fe_models.progress import stage_bar
 from hybrid.commands.console import command_line, new_app, say
 from hybrid.diagnosis.answer import answer_in_words
 from hybrid.diagnosis.diagnosis import diagnose
 from hybrid.diagnosis.report_files import save_diagnosis
 from hybrid.diagnosis.stage_names import STAGE_NAMES
 from hybrid.identification.comparison_files import save_comparison
-from hybrid.identification.comparison_report import describe_compared
-from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.identification.dataset_comparison import compare_dataset
 from hybrid.report.diagnosis_page import page_from_files
 from hybrid.report.page_files import save_page
 from hybrid.result_sets import comparison_in, diagnosis_in
@@ -52,10 +51,9 @@ def main(
             noting(faults, "--out", diagnosis_in(out / f"test_r{test}").check)
         raise_faults(faults)
         everything = load_dataset(write_bridge_dataset(data, out / "comparison", ALIKE[0]))
-        with progress_bar("modes of each recording", len(everything.recordings), "recording") as bar:
-            compared = compare_recordings(everything, bar.update)
-        save_comparison(compared, everything, out / "comparison")
-        print(describe_compared(compared))
+        compared = compare_dataset(everything)
+        save_comparison(compared, out / "comparison")
+        print(compared.text)
         for test in chosen:
             folder = out / f"test_r{test}"
             file = write_bridge_dataset(data, folder, test)

@@ -22,10 +22,11 @@ from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
+from hybrid.identification.dataset_comparison import DatasetComparison
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.identification.structure_states import Outcome, one_structure
-from hybrid.report.comparison_page import BEYOND_CHANCE, CHANGED, Shown, comparison_page
+from hybrid.report.comparison_page import BEYOND_CHANCE, CHANGED, comparison_page
 from hybrid.report.page import Tone
 from tests.pages import SOURCE
 
@@ -218,12 +219,12 @@ def test_the_page_of_free_decays_says_one_thing() -> None:
     one = compare_recordings(data)
     one = replace(one, changes=tuple(replace(change, chance=0.0) for change in one.changes))
     assert all(change.is_plain for change in one.changes)
-    page = comparison_page(Shown(data, data, one, None), SOURCE)
+    page = comparison_page(DatasetComparison(data, data, one), SOURCE)
     assert page.sentence.startswith("The recordings are of one structure")
     assert (page.tone, page.summary) == (Tone.GOOD, BEYOND_CHANCE)
     assert CHANGED not in page.next
     several = replace(one, left=np.array([[0.0, 0.9], [0.9, 0.0]]))
-    page = comparison_page(Shown(data, data, several, None), SOURCE)
+    page = comparison_page(DatasetComparison(data, data, several), SOURCE)
     assert page.sentence.startswith("The recordings are not all of one structure")
     assert page.tone is Tone.FOUND
     assert CHANGED in page.next

@@ -10,6 +10,7 @@ from scipy.signal import butter, sosfiltfilt
 from typer.testing import CliRunner
 
 import fe_models as fe
+import hybrid
 from fe_models.arrays import FloatArray
 from fe_models.assembly import linearise
 from fe_models.base_motion import BaseMotion
@@ -161,6 +162,17 @@ def test_recordings_at_several_rates_are_no_recordings_of_one_function() -> None
     slower = replace(data.recordings[0], name="slower", sampling_rate=50.0)
     with pytest.raises(InputError, match="at 50 and 100 Hz: frequency response functions need one rate"):
         frequency_response(replace(data, recordings=(*data.recordings, slower)))
+
+
+def test_a_notebook_has_the_functions_that_the_command_has(tmp_path: Path) -> None:
+    data = by_a_shaker()
+    found = hybrid.compare_recordings(data, extended=softened(STOREYS))
+    assert found.modes is None
+    assert found.responses is not None
+    assert list(found.responses.models) == ["nominal", "extended"]
+    assert repr(found) == describe_responses(frequency_response(data, softened(STOREYS)))
+    assert "Frequency response functions" in found.to_html(tmp_path / "page.html").read_text()
+    assert (found.save(tmp_path / "saved") / "comparison.txt").read_text() == repr(found) + "\n"
 
 
 @pytest.mark.slow

@@ -18,8 +18,8 @@ from PIL import Image
 
 from hybrid.config import Config
 from hybrid.diagnosis.track_record import trust
-from hybrid.identification.recording_comparison import compare_recordings
-from hybrid.report.comparison_page import Shown, comparison_page
+from hybrid.identification.dataset_comparison import compare_dataset
+from hybrid.report.comparison_page import comparison_page
 from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.rendering import rendered
 from hybrid.report.seen import seen_in
@@ -90,7 +90,7 @@ def pages() -> dict[str, str]:
     """A page of each kind; a diagnosis' badge is of numbers that stay."""
     data = chain_dataset()
     found = answer_by_modes(data, found_in(data))
-    compared = Shown(data, data, compare_recordings(data), None)
+    compared = compare_dataset(data)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(trust, "certified", lambda: KNOWN)
         diagnosed = diagnosis_page(found, data, seen_in(data, found), SOURCE)

@@ -7,8 +7,8 @@ import pytest
 from fe_models.recordings import Dataset
 from hybrid.config import Config
 from hybrid.diagnosis.answer import Answer
-from hybrid.identification.recording_comparison import compare_recordings
-from hybrid.report.comparison_page import Shown, comparison_page
+from hybrid.identification.dataset_comparison import compare_dataset
+from hybrid.report.comparison_page import comparison_page
 from hybrid.report.diagnosis_page import diagnosis_page
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import seen_in
@@ -110,7 +110,7 @@ def test_a_page_opens_without_fault_or_request_and_all_is_seen(
 
 
 def test_the_page_of_a_comparison(data: Dataset, tmp_path: Path) -> None:
-    found = comparison_page(Shown(data, data, compare_recordings(data), None), SOURCE)
+    found = comparison_page(compare_dataset(data), SOURCE)
     assert [own.name for own in found.sections] == ["where", "why", "unknown", "assumed"]
     assert found.sentence.startswith("The recordings are of one structure")  # as both are
     html = rendered(found)

@@ -1,7 +1,6 @@
 """The sub-command `compare`: what recordings show by themselves."""
 
 from pathlib import Path
-from time import perf_counter
 from typing import Annotated
 
 import typer
@@ -50,13 +49,10 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
     from fe_models.files.dataset_file import load_dataset
     from fe_models.files.inputs import files_read
     from fe_models.files.models import load_model
-    from fe_models.progress import progress_bar
-    from hybrid.identification.comparison_files import save_comparison, save_responses
-    from hybrid.identification.comparison_report import describe_compared
-    from hybrid.identification.frequency_response import extended_faults, frequency_response
-    from hybrid.identification.frequency_response_report import describe_responses
-    from hybrid.identification.recording_comparison import compare_recordings
-    from hybrid.report.comparison_page import Shown, page_from_files
+    from hybrid.identification.comparison_files import save_comparison
+    from hybrid.identification.dataset_comparison import compare_dataset
+    from hybrid.identification.frequency_response import extended_faults
+    from hybrid.report.comparison_page import page_from_files
     from hybrid.report.page_files import save_page
     from hybrid.result_sets import comparison_in
 
@@ -71,25 +67,10 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
         raise_faults(faults)
         assert data is not None  # else there were faults
         print_notes(data)
-        begun, given = perf_counter(), words_of("compare", dataset, out)
-        given += ["--extended", extended] if extended else []
-        driven, free = data.parted()
-        untold = list[str]()
-        responses = noting(untold, "", frequency_response, driven, beside) if driven else None
-        for reason in untold:  # then they are taken by what they show themselves, as a knock's decay
-            print(f"Note: no frequency response functions: {reason}.")
-        free, compared = data if untold else free, None
-        if free:
-            motions = sum(len(recording.data) for recording in free.recordings)
-            with progress_bar("modes of each motion", motions, "motion") as bar:
-                compared = compare_recordings(free, bar.update)
-            save_comparison(compared, free, out)
-            print(describe_compared(compared))
-        if responses:
-            save_responses(responses, out, alone=not free)
-            print(("\n" if free else "") + describe_responses(responses))
-        seconds = perf_counter() - begun
-        shown = Shown(data, free, compared, responses)
-        say(save_page(comparison_in(out), lambda: page_from_files(shown, given, dataset, seconds)))
+        found = compare_dataset(data, beside)
+        save_comparison(found, out)
+        print("".join(f"Note: {note}.\n" for note in found.notes) + found.text)
+        given = words_of("compare", dataset, out) + (["--extended", extended] if extended else [])
+        say(save_page(comparison_in(out), lambda: page_from_files(found, given, dataset)))
         print(f"\nResults: {out}")
         result(out)

@@ -3,13 +3,10 @@
 from pathlib import Path
 
 from fe_models.files.atomic import write_json, write_text
-from fe_models.recordings import Dataset
 from hybrid.identification.comparison_pictures import draw_backbones, draw_spectra
-from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
-from hybrid.identification.frequency_response import FrequencyResponse
-from hybrid.identification.frequency_response_report import describe_responses, draw_responses, responses_csv
-from hybrid.identification.recording_comparison import Compared
+from hybrid.identification.dataset_comparison import DatasetComparison
+from hybrid.identification.frequency_response_report import draw_responses, responses_csv
 from hybrid.identification.shape_pictures import draw_coordinate_mac, draw_mac
 from hybrid.identification.stabilisation_picture import draw_stabilisation
 from hybrid.result_sets import (
@@ -27,31 +24,24 @@ from hybrid.result_sets import (
 )
 
 
-def save_comparison(compared: Compared, dataset: Dataset, folder: Path) -> None:
+def save_comparison(found: DatasetComparison, folder: Path) -> None:
     """Replace the older comparison in ``folder``, none of whose files stays beside the new one."""
+    compared, free, responses = found.compared, found.free, found.responses
     results = comparison_in(folder)
     with results.replacing() as new:
-        write_text(new / COMPARISON, describe_compared(compared) + "\n")
-        write_json(new / COMPARISON_TABLE, comparison_table(compared))
-        write_text(new / COMPARISON_ROWS, comparison_csv(compared))
+        write_text(new / COMPARISON, found.text + "\n")
+        if compared is not None:
+            write_json(new / COMPARISON_TABLE, comparison_table(compared))
+            write_text(new / COMPARISON_ROWS, comparison_csv(compared))
+        if responses is not None:
+            write_text(new / RESPONSE_ROWS, responses_csv(responses))
     with results.adding() as new:
-        if any(not observed.found.is_ambient for observed in compared.recordings):
-            draw_backbones(new / BACKBONES, dataset, compared)
-        draw_spectra(new / SPECTRA, dataset, compared)
-        draw_stabilisation(new / STABILISATION, dataset, compared)
-        draw_mac(new / MAC, compared)
-        draw_coordinate_mac(new / COORDINATE_MAC, compared)
-
-
-def save_responses(found: FrequencyResponse, folder: Path, alone: bool) -> None:
-    """Write frequency response functions into ``folder``; ``alone``: without a comparison of modes, in whose place."""
-    results = comparison_in(folder)
-    if alone:
-        with results.replacing() as new:
-            write_text(new / COMPARISON, describe_responses(found) + "\n")
-            write_text(new / RESPONSE_ROWS, responses_csv(found))
-    else:
-        with results.adding() as new:
-            write_text(new / RESPONSE_ROWS, responses_csv(found))
-    with results.adding() as new:
-        draw_responses(new / RESPONSES, found)
+        if compared is not None and free is not None:
+            if any(not observed.found.is_ambient for observed in compared.recordings):
+                draw_backbones(new / BACKBONES, free, compared)
+            draw_spectra(new / SPECTRA, free, compared)
+            draw_stabilisation(new / STABILISATION, free, compared)
+            draw_mac(new / MAC, compared)
+            draw_coordinate_mac(new / COORDINATE_MAC, compared)
+        if responses is not None:
+            draw_responses(new / RESPONSES, responses)

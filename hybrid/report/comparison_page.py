@@ -1,7 +1,6 @@
 """The page of a comparison of recordings: whether they are of one structure, its modes, and what changed."""
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +9,7 @@ from fe_models.linear import LinearModel
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
 from hybrid.identification.config import COMPARISON
+from hybrid.identification.dataset_comparison import DatasetComparison
 from hybrid.identification.frequency_response import FrequencyResponse
 from hybrid.identification.recording_comparison import Compared, Observed
 from hybrid.identification.structure_states import Outcome, structure_states
@@ -38,26 +38,14 @@ CHANGED = "Look for what was done to the structure between recordings of differe
 RESPONSES_ALONE = "Known forces drove all recordings: held against the model are its frequency response functions."
 
 
-@dataclass(frozen=True)
-class Shown:
-    """What recordings of a ``dataset`` show: modes of those that are ``free`` or ambient, ``compared`` with one another
-    and the model, and frequency ``responses`` of those under known forces; None where there are none.
-    """
-
-    dataset: Dataset
-    free: Dataset | None
-    compared: Compared | None
-    responses: FrequencyResponse | None
-
-
-def comparison_page(shown: Shown, provenance: Provenance) -> Page:
+def comparison_page(found: DatasetComparison, provenance: Provenance) -> Page:
     """Return the page of a comparison."""
-    dataset, compared, responses = shown.dataset, shown.compared, shown.responses
+    dataset, compared, responses = found.dataset, found.compared, found.responses
     name = "imported matrices" if isinstance(dataset.model, LinearModel) else dataset.model.name
     sentence, tone = _answer(compared)
     sections = (
         _where(dataset, compared),
-        Section("why", "Why believe it", tuple(_evidence(shown))),
+        Section("why", "Why believe it", tuple(_evidence(found))),
         Section("unknown", "What is not known", tuple(_unknown(compared))),
         what_was_assumed(dataset, provenance),
     )
@@ -74,9 +62,9 @@ def comparison_page(shown: Shown, provenance: Provenance) -> Page:
     )
 
 
-def page_from_files(shown: Shown, command: Sequence[str], file: Path, seconds: float) -> Page:
+def page_from_files(found: DatasetComparison, command: Sequence[str], file: Path) -> Page:
     """Return the page of a comparison of the dataset of a ``file``, by the words of a ``command``."""
-    return comparison_page(shown, provenance_of(command, file, SEED, seconds))
+    return comparison_page(found, provenance_of(command, file, SEED, found.seconds))
 
 
 def _answer(compared: Compared | None) -> tuple[str, Tone]:
@@ -146,12 +134,12 @@ def _taken(own: Observed, compared: Compared) -> str:
     return f"{own.name}: {'; '.join([kind, *note, *lines])}."
 
 
-def _evidence(shown: Shown) -> Iterator[Block]:
-    compared, responses = shown.compared, shown.responses
-    if compared is not None and shown.free is not None:
+def _evidence(found: DatasetComparison) -> Iterator[Block]:
+    compared, responses = found.compared, found.responses
+    if compared is not None and found.free is not None:
         yield Heading("Modes")
         yield _modes(compared)
-        shapes = mode_shapes(shown.free, None, compared)
+        shapes = mode_shapes(found.free, None, compared)
         if shapes is not None:
             yield shapes
         if compared.changes:
@@ -160,7 +148,7 @@ def _evidence(shown: Shown) -> Iterator[Block]:
         if np.isfinite(compared.left).any() and len(compared.recordings) > 1:
             yield _left(compared)
         yield Heading("Figures")
-        yield from figures_of(compared, shown.free)
+        yield from figures_of(compared, found.free)
     if responses is not None:
         yield Heading("Frequency response functions")
         yield response_figure(responses)

@@ -1,0 +1,65 @@
+"""What the recordings of a dataset show by themselves: modes where they move freely or under unknown forces, frequency
+response functions where forces are known.
+"""
+
+from dataclasses import dataclass
+from time import perf_counter
+
+from fe_models.errors import InputError, raise_faults
+from fe_models.linear import LinearModel
+from fe_models.progress import progress_bar
+from fe_models.recordings import Dataset
+from fe_models.structure import Structure
+from hybrid.identification.comparison_report import describe_compared
+from hybrid.identification.frequency_response import FrequencyResponse, extended_faults, frequency_response
+from hybrid.identification.frequency_response_report import describe_responses
+from hybrid.identification.recording_comparison import Compared, compare_recordings
+
+
+@dataclass(frozen=True)
+class DatasetComparison:
+    """What recordings of a ``dataset`` show: modes of those that are ``free`` or ambient, ``compared`` with one another
+    and the model, and frequency ``responses`` of those under known forces; None where there are none.
+
+    ``notes``: why there are no responses although forces are known; ``seconds`` that all of it took.
+    """
+
+    dataset: Dataset
+    free: Dataset | None
+    compared: Compared | None
+    responses: FrequencyResponse | None = None
+    notes: tuple[str, ...] = ()
+    seconds: float = 0.0
+
+    @property
+    def text(self) -> str:
+        """All of it as tables in Markdown."""
+        modes = describe_compared(self.compared) if self.compared else ""
+        responses = describe_responses(self.responses) if self.responses else ""
+        return "\n\n".join(filter(None, (modes, responses)))
+
+
+def compare_dataset(
+    dataset: Dataset, extended: Structure | LinearModel | None = None, progress: bool | None = None
+) -> DatasetComparison:
+    """Return what the recordings of a dataset show beside its model, and beside an ``extended`` one.
+
+    Recordings under known forces whose functions cannot be had (of too few averages, say) are taken by the modes that
+    they show, as a knock's decay does. ``progress``: whether a bar is shown; left out, where there is a terminal.
+    `InputError` where no strong mode is one of the model's, or the extended model does not fit.
+    """
+    begun = perf_counter()
+    raise_faults(extended_faults(dataset, extended) if extended is not None else ())
+    driven, free = dataset.parted()
+    responses, notes = None, ()
+    if driven is not None:
+        try:
+            responses = frequency_response(driven, extended)
+        except InputError as reason:
+            free, notes = dataset, tuple(f"no frequency response functions: {fault}" for fault in reason.faults)
+    compared = None
+    if free is not None:
+        motions = sum(len(recording.data) for recording in free.recordings)
+        with progress_bar("modes of each motion", motions, "motion", shown=progress) as bar:
+            compared = compare_recordings(free, bar.update)
+    return DatasetComparison(dataset, free, compared, responses, notes, perf_counter() - begun)
