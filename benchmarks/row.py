@@ -11,6 +11,7 @@ class Section(Enum):
     CHAIN = "chain"
     LOADS = "loads"
     SAMPLED_FORCE = "sampled_force"
+    AMBIENT_FRAME = "ambient_frame"
     SPEED = "speed"
     COST = "cost"
     ABLATIONS = "ablations"

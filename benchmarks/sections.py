@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import torch
 
-from benchmarks import ablations, bridge, chain, cost, loaded_chain, sampled_force, speed
+from benchmarks import ablations, ambient_frame, bridge, chain, cost, loaded_chain, sampled_force, speed
 from benchmarks.row import Row, Section, table
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
@@ -39,6 +39,7 @@ def run_sections(
         Section.CHAIN: lambda: chain_rows(modal, quick),
         Section.LOADS: lambda: loaded_rows(modal, quick),
         Section.SAMPLED_FORCE: lambda: sampled_force.rows(quick),
+        Section.AMBIENT_FRAME: lambda: ambient_frame_rows(quick),
         Section.SPEED: lambda: speed.rows(modal),
         Section.COST: lambda: cost_rows(out, quick),
         Section.ABLATIONS: lambda: ablation_rows(modal, quick),
@@ -74,6 +75,13 @@ def loaded_rows(modal: ModalModel, quick: bool) -> list[Row]:
     config, motions = places_preset(), QUICK_LOADED_MOTIONS if quick else loaded_chain.MOTIONS
     with progress_bar("Chain under loads", motions + config.training.epochs, "step") as bar:
         return loaded_chain.rows(loaded_chain.score_loaded_chain(LOADED_STIFFNESS, modal, config, motions, bar.update))
+
+
+def ambient_frame_rows(quick: bool) -> list[Row]:
+    """Return how well modes and a lost stiffness are found under ambient vibration."""
+    pairs = ambient_frame.QUICK_PAIRS if quick else ambient_frame.PAIRS
+    with progress_bar("Ambient frame", 2 * pairs, "pair") as bar:
+        return ambient_frame.rows(pairs, bar.update)
 
 
 def cost_rows(out: Path, quick: bool) -> list[Row]:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
+from benchmarks.shear_frame import frame_modes, frame_recording, shear_frame
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.structure_file import save_structure
 from fe_models.recordings import Dataset, Recording, Sensor
@@ -20,7 +21,6 @@ from hybrid.identification.recording_comparison import Compared, compare_recordi
 from hybrid.identification.shape_correlation import coordinate_mac
 from hybrid.identification.structure_states import Outcome, states
 from scripts.compare_recordings import app
-from tests.ambient_problems import frame_modes, frame_recording, shear_frame
 
 RATE = 20.0
 SENSORS = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in range(1, 6))

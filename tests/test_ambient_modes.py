@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from benchmarks.shear_frame import RATIO, ambient, frame_modes, frame_recording, with_noise
 from fe_models.arrays import ComplexArray, FloatArray
 from fe_models.assembly import linearise
 from fe_models.built_in.bridge import bridge
@@ -13,7 +14,6 @@ from hybrid.identification.ambient_modes import identify_ambient_modes
 from hybrid.identification.covariance_subspace import CovarianceSubspace, PolesOfOrder
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.output_correlations import Correlations, correlations_of
-from tests.ambient_problems import RATIO, ambient, frame_modes, frame_recording, with_noise
 
 FRAME = frame_modes()
 RATE, SAMPLES = 20.0, 14400

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from benchmarks.shear_frame import frame_modes, frame_recording
 from hybrid.identification.ambient_modes import identify_ambient_modes
-from tests.ambient_problems import frame_modes, frame_recording
 
 ssi = pytest.importorskip("pyoma2.functions.ssi", reason="pyOMA2 is not installed: it comes with the extra 'dev'")
 

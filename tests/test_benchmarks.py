@@ -9,7 +9,7 @@ import pytest
 import torch
 from typer.testing import CliRunner
 
-from benchmarks import ablations, bridge, chain, cost, sampled_force
+from benchmarks import ablations, ambient_frame, bridge, chain, cost, sampled_force
 from benchmarks.command import benchmark
 from benchmarks.row import Row, table
 from benchmarks.run_kind import ALWAYS, HEEDED, RunKind
@@ -137,3 +137,11 @@ def test_a_sampled_force_is_as_far_off_as_its_course_between_the_samples() -> No
     assert held[0] == pytest.approx(0.31, rel=0.1)  # the motion is that of the resonance but for its quasi-static part
     assert straight[0] == pytest.approx(1 - np.sinc(0.1) ** 2, rel=0.3)  # what straight lines take off a force there
     assert all(errors[0] < errors[2] for errors in (folded, wider, straight, held))  # a strong spring multiplies it
+
+
+@pytest.mark.slow
+def test_a_storey_that_lost_stiffness_under_ambient_vibration_is_named() -> None:
+    rows = {row.what: row.value for row in ambient_frame.rows(1)}
+    assert rows["30 % of a storey lost: that storey named first (1 pairs)"] == 1.0
+    assert rows["nothing lost: called changed by diagnose (1 pairs)"] == 0.0
+    assert rows["shapes with a MAC of 0.99 and more (1 pairs)"] == 1.0

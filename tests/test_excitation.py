@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.shear_frame import frame_modes, frame_recording
 from fe_models.arrays import FloatArray
 from fe_models.files.dataset_file import load_dataset
 from fe_models.four_dof_data import paper_dataset
 from hybrid.identification.excitation import Course, course_of
 from hybrid.identification.identification import identify
-from tests.ambient_problems import frame_modes, frame_recording
 
 CASE = Path(__file__).parents[2] / "shared" / "cases" / "ambient_as_free_decay" / "ambient.toml"
 FRAME = frame_modes()

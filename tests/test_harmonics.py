@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
+from benchmarks.shear_frame import frame_modes, frame_recording
 from fe_models.arrays import FloatArray
 from hybrid.identification.ambient_modes import AmbientModes, identify_ambient_modes
 from hybrid.identification.narrow_band import amplitude_of
-from tests.ambient_problems import frame_modes, frame_recording
 
 RATE, SAMPLES = 20.0, 14400
 FRAME = frame_modes()

@@ -1,4 +1,4 @@
-"""Structures that unknown random forces keep moving, with their modes; exact in time, mode by mode."""
+"""A shear frame that unknown random forces keep moving, with its modes; exact in time, mode by mode."""
 
 import numpy as np
 from scipy.signal import lfilter
@@ -10,6 +10,7 @@ from fe_models.modes import natural_modes
 from fe_models.structure import Damping, PointMass, Spring, Structure
 
 STOREY_MASS, STOREY_STIFFNESS, RATIO = 25.91, 1e4, 0.02  # kg, N/m: the shear frame that pyOMA2 shows
+STOREYS = (1, 2, 3, 4, 5)  # nodes, and the springs below them, from the top
 STEPS = 4  # of a force held, a sample: white up to twice the Nyquist frequency and more
 
 
