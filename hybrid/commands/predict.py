@@ -9,6 +9,8 @@ from hybrid.commands.console import command_line
 from hybrid.commands.options import Device, Quiet
 
 if TYPE_CHECKING:
+    from fe_models.recordings import Dataset
+    from hybrid.training.checkpoint import Checkpoint
     from hybrid.training.prediction import PredictedMotion
 
 Run = Annotated[Path, typer.Argument(help="Folder that 'hybrid-modal train' wrote.", show_default=False)]
@@ -61,41 +63,24 @@ def predict(
       hybrid-modal predict runs/demo/hybrid --out runs/pull --initial pull.csv --duration 10
       hybrid-modal predict runs/demo/hybrid --out runs/later --dataset runs/demo/data/dataset.toml --start 8
     """
-    from fe_models.errors import InputError, noting, raise_faults
-    from fe_models.files.dataset_file import load_dataset
-    from fe_models.files.inputs import files_read
-    from fe_models.files.run_folder import PREDICTION, load_run, run_files, save_prediction, save_run_model
-    from fe_models.simulation_size import length_faults
+    from fe_models.files.run_folder import PREDICTION, load_run, save_prediction, save_run_model
     from hybrid.training.checkpoint import load_checkpoint, require_together
     from hybrid.training.prediction import CHANNELS, from_record, from_state, prediction_in, write_channels
     from hybrid.training.results import prediction_of
     from hybrid.training.run import CHECKPOINT, metrics_in
-    from hybrid.training.session import check_device
 
     with command_line(quiet) as result:
-        if (dataset is None) == (initial is None):
-            raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
-        results, faults = prediction_in(out), list[str]()
-        read = [path for path in (run / CHECKPOINT, dataset, initial) if path is not None]
-        noting(faults, "--out", results.check, [*run_files(run), *files_read(*read)])
-        noting(faults, "", check_device, device)
-        data = None if dataset is None else noting(faults, "", load_dataset, dataset)
-        raise_faults(faults)
+        data = _checked(run, out, dataset, initial, device)
         checkpoint = load_checkpoint(run / CHECKPOINT)
         checkpoint.model.to(device)
         whole_run = load_run(run)
         require_together(checkpoint, whole_run, run)
-        rate = checkpoint.origin.sampling_rate
-        raise_faults(
-            f"--duration: {fault}"
-            for fault in length_faults(duration or 1 / rate, rate, columns=len(checkpoint.origin.modal.dofs))
-        )
-        samples = round(duration * rate) + 1
+        samples = _samples(duration, checkpoint)
         if data is None:
             found = from_state(checkpoint, Path(str(initial)), samples)
         else:
             found = from_record(checkpoint, data, record, start, samples, whole)
-        with results.replacing() as new:
+        with prediction_in(out).replacing() as new:
             save_run_model(whole_run.model, checkpoint.origin.modal, new)
             save_prediction(prediction_of(found.hybrid, found.fe, checkpoint.origin, found.fe_initial), new)
             write_channels(found, checkpoint, new / CHANNELS)
@@ -104,6 +89,37 @@ def predict(
             print(line)
         print(f"{samples} samples predicted: {out / PREDICTION}, {out / CHANNELS}")
         result(out / PREDICTION)
+
+
+def _checked(run: Path, out: Path, dataset: Path | None, initial: Path | None, device: str) -> "Dataset | None":
+    """Return the dataset to start from, None where a state is given; `InputError` with all that cannot be used."""
+    from fe_models.errors import InputError, noting, raise_faults
+    from fe_models.files.dataset_file import load_dataset
+    from fe_models.files.inputs import files_read
+    from fe_models.files.run_folder import run_files
+    from hybrid.training.prediction import prediction_in
+    from hybrid.training.run import CHECKPOINT
+    from hybrid.training.session import check_device
+
+    if (dataset is None) == (initial is None):
+        raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
+    read, faults = [path for path in (run / CHECKPOINT, dataset, initial) if path is not None], list[str]()
+    noting(faults, "--out", prediction_in(out).check, [*run_files(run), *files_read(*read)])
+    noting(faults, "", check_device, device)
+    data = None if dataset is None else noting(faults, "", load_dataset, dataset)
+    raise_faults(faults)
+    return data
+
+
+def _samples(duration: float, checkpoint: "Checkpoint") -> int:
+    """Return how many samples a prediction of ``duration`` s has; `InputError` where they are too many."""
+    from fe_models.errors import raise_faults
+    from fe_models.simulation_size import length_faults
+
+    rate = checkpoint.origin.sampling_rate
+    too_long = length_faults(duration or 1 / rate, rate, columns=len(checkpoint.origin.modal.dofs))
+    raise_faults(f"--duration: {fault}" for fault in too_long)
+    return round(duration * rate) + 1
 
 
 def _beside(found: "PredictedMotion", metrics: dict[str, Any]) -> list[str]:
