@@ -16,6 +16,7 @@ from fe_models.mode_estimate import ModeEstimate
 from fe_models.structure import ROTATIONS, TRANSLATIONS, Direction, Structure
 
 SAME_RATE = 1e-6  # relative
+TOLERANCE = 0.05  # of the noise floor: who states none takes forecasts that near to it for as good as it
 Quantity = Literal["displacement", "velocity", "acceleration"]
 Excitation = Literal["free", "measured", "ambient"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "velocity", "acceleration")  # each the rate of the one before
@@ -136,7 +137,10 @@ class Uncertainty:
 
 @dataclass(frozen=True)
 class Assumptions:
-    """What the user's own simulation assumes; None leaves the choice to the model or the program."""
+    """What the user's own simulation assumes; None leaves the choice to the model or the program.
+
+    ``tolerance``: by how much of the noise floor the error of forecasts may exceed it, for the user's purpose.
+    """
 
     damping_ratio: float | tuple[float, ...] | None = None
     modes: int | None = None
@@ -144,6 +148,7 @@ class Assumptions:
     integrator: Literal["exact", "newmark"] = "exact"
     step: float | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    tolerance: float = TOLERANCE
 
 
 @dataclass(frozen=True, repr=False)

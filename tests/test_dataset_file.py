@@ -63,7 +63,7 @@ def sample_dataset() -> Dataset:
         sensors=SENSORS,
         recordings=(Recording("with/slash", free_decay(1)[None], loads=(load,)), Recording("many", many, "test")),
         lowpass=LOWPASS,
-        assumptions=Assumptions(0.02, 2, modal, "newmark", 0.001, Uncertainty(0.1, 0.2, 0.3)),
+        assumptions=Assumptions(0.02, 2, modal, "newmark", 0.001, Uncertainty(0.1, 0.2, 0.3), 0.2),
     )
 
 
@@ -75,7 +75,7 @@ def test_a_saved_dataset_comes_back(tmp_path: Path) -> None:
         assert (old.name, old.role) == (new.name, new.role)
         np.testing.assert_array_equal(old.data, new.data)
     np.testing.assert_array_equal(again.recordings[0].loads[0].values, dataset.recordings[0].loads[0].values)
-    for name in ("damping_ratio", "modes", "integrator", "step", "uncertainty"):
+    for name in ("damping_ratio", "modes", "integrator", "step", "uncertainty", "tolerance"):
         assert getattr(again.assumptions, name) == getattr(dataset.assumptions, name)
     assert again.assumptions.modal_model is not None
     assert dataset.assumptions.modal_model is not None
@@ -130,6 +130,7 @@ TOML_FAULTS = [
     ("[0.01, 0.02]", '"low"', "simulation.damping_ratio: expected a number or [a number, ...]"),
     ("modes = 2", 'integrator = "rk4"', 'simulation.integrator: expected "exact" or "newmark", found "rk4"'),
     ("modes = 2", "step = 0.0", "simulation.step = 0 s; must be positive"),
+    ("modes = 2", "tolerance = 0", "simulation.tolerance = 0; must be positive (0.05 is 5 % of the noise floor)"),
     ("stiffness = 0.05", "stiffness = -1", "simulation.uncertainty.stiffness = -1; must not be negative"),
     ("stiffness = 0.05", "stifness = 0.05", "simulation.uncertainty.stifness: unknown key; did you mean 'stiffness'?"),
     ('"modal.npz"', '"modal2.npz"', "simulation.modal_model: "),

@@ -5,13 +5,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import fe_models as fe
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes.candidate import Candidate
-from fe_models.recordings import Sensor
+from fe_models.recordings import Assumptions, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.outcome.verdict import LISTED, Errors, Verdict, verdict_of
+from hybrid.diagnosis.report import FORECAST_WITHIN_TOLERANCE, headline
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from tests.frames import beam, vibrations
@@ -31,6 +33,19 @@ def test_floor_is_reached_within_five_per_cent(
 ) -> None:
     errors = Errors(calibrated, extended, 1.0, 0.0)
     assert (errors.nothing_to_gain, errors.reached) == (nothing, reached)
+
+
+@pytest.mark.slow
+def test_the_users_tolerance_says_what_matters() -> None:
+    """A weak hardening spring adds a quarter to the error of forecasts: named, unless three times the floor will do."""
+    truth = fe.four_dof().with_effects(fe.CubicSpring(node=1, direction="x", stiffness=0.02))
+    simulated = fe.simulate(truth, ["x4", "a1", "a3", "a4"], motions=3, duration=40.0, sampling_rate=10.0, noise=0.03)
+    dataset = simulated.split(0.7).with_model(fe.four_dof())
+    assert [finding.cause.kind for finding in diagnose(dataset).findings] == ["cubic_spring"]
+    coarse = diagnose(replace(dataset, assumptions=Assumptions(tolerance=2.0)))
+    assert coarse.verdict is Verdict.NOTHING_WRONG
+    assert any(note.startswith("significant, but too weak to matter for forecasts: A cubic") for note in coarse.notes)
+    assert headline(coarse).endswith(f"forecasts {FORECAST_WITHIN_TOLERANCE.format(tolerance=2.0)}.")
 
 
 @pytest.mark.parametrize(("extended", "near"), [(1.1, True), (1.2, False)])

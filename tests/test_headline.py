@@ -1,5 +1,6 @@
 """Headline, probabilities and gain agree: no answer sounds surer than its probability, and probabilities add up."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -10,7 +11,7 @@ from fe_models.causes import AddedMass, CoulombFriction
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import Verdict, is_contradicted
+from hybrid.diagnosis.outcome.verdict import Errors, Verdict, is_contradicted
 from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, summary
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
@@ -30,6 +31,14 @@ def test_a_headline_says_named_of_what_is_probable_alone() -> None:
     assert "leave its place open" in headline(answer(0.4, elsewhere))
     assert "cannot tell which" in headline(answer(0.17, other))
     assert "part of it" in headline(answer(0.17, other, verdict=Verdict.PARTLY_EXPLAINED))
+
+
+def test_a_headline_says_by_whose_measure_nothing_is_wrong() -> None:
+    found = answer(0.9, verdict=Verdict.NOTHING_WRONG)
+    worse = SimpleNamespace(**vars(found) | {"scores": {"extended": {"measured": 0.012}}, "tolerance": 0.25})
+    assert headline(found).endswith("forecasts as well as the noise lets it.")
+    assert headline(worse).endswith("forecasts to within the stated tolerance, 25% of the noise floor.")
+    assert "leaves nothing but noise" in headline(SimpleNamespace(**vars(worse) | {"tolerance": 0.1}))
 
 
 def test_places_that_move_alike_share_a_probability_and_the_kind_s_own_is_said() -> None:
@@ -93,6 +102,8 @@ def test_a_cause_that_spoils_forecasts_of_held_out_sensors_is_doubted(monkeypatc
 
 
 def test_sensors_that_gain_or_are_not_there_contradict_nothing() -> None:
-    assert not is_contradicted(None, None, 0.01)
-    assert not is_contradicted(0.2, 0.02, 0.01)
-    assert is_contradicted(0.2, 0.202, 0.01)
+    errors = Errors(0.2, 0.02, 0.01, 0.0)
+    assert not is_contradicted(None, None, errors)
+    assert not is_contradicted(0.2, 0.02, errors)
+    assert is_contradicted(0.2, 0.202, errors)
+    assert not is_contradicted(0.2, 0.202, replace(errors, tolerance=0.3))

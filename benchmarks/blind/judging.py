@@ -10,9 +10,10 @@ from pydantic import TypeAdapter
 from benchmarks.blind.groups import factors_within, is_far
 from benchmarks.blind_cases import BlindCase
 from fe_models.causes import Cause
+from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Verdict
+from hybrid.diagnosis.outcome.verdict import BESIDE, Verdict
 
 CONFIDENT_PROBABILITY = 0.9  # probability of a name: a wrong one is then a grave error
 INTERVAL_SIGMA = 1.96  # standard deviations: half of an interval of 95 %
@@ -62,7 +63,7 @@ class Judgement:
         rules ask not to be named.
         """
         if self.verdict is Verdict.NOTHING_WRONG:
-            return bool(self.truth) and self.over_floor <= 1 + MATERIAL
+            return bool(self.truth) and self.over_floor <= 1 + TOLERANCE
         beside = set(self.named) < set(self.truth)  # also of nothing beside groups that are off
         return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + BESIDE
 

@@ -8,7 +8,7 @@ from benchmarks.blind.reliability import Bin
 from benchmarks.blind_cases import BlindConfig
 from benchmarks.certificate.counts import Certificate, ColumnCounts
 from benchmarks.certificate.plan import Column
-from hybrid.diagnosis.outcome.verdict import MATERIAL
+from fe_models.recordings import TOLERANCE
 
 HOW = """\
 Something is hidden in simulated recordings, by chance in kind, place and size. The recordings are diagnosed, and only
@@ -58,7 +58,7 @@ def page(found: Certificate) -> str:
             _how(found),
             "## Rates",
             "",
-            READING.format(material=100 * MATERIAL),
+            READING.format(material=100 * TOLERANCE),
             *[line for title, columns in sections(found) for line in _section(title, columns)],
             "## Probabilities: is what is named at 0.9 right in nine of ten cases?",
             "",

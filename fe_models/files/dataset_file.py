@@ -41,6 +41,7 @@
     integrator = "exact"          # "exact" (default) or "newmark"
     step = 0.01                   # s
     uncertainty = { stiffness = 0.01, mass = 0.01, damping = 0.1 }   # relative standard deviations (the defaults)
+    tolerance = 0.05              # by how much of the noise floor forecasts may exceed it
 """
 
 from dataclasses import replace
@@ -72,7 +73,7 @@ from fe_models.files.tables import Table, at, check_keys, read_toml
 from fe_models.files.toml_text import toml_text
 from fe_models.files.unsaid import unsaid_faults, unsaid_notes
 from fe_models.linear import LinearModel
-from fe_models.recordings import Assumptions, Dataset, Recording, Sensor, Uncertainty
+from fe_models.recordings import TOLERANCE, Assumptions, Dataset, Recording, Sensor, Uncertainty
 from fe_models.structure import Structure
 
 DRAWING = "sensors.png"  # of the structure with its sensors, which commands leave beside a dataset
@@ -225,6 +226,8 @@ def _save_assumptions(assumptions: Assumptions, folder: Path) -> Table:
         table["modal_model"] = "modal.npz"
     if assumptions.integrator != "exact":
         table["integrator"] = assumptions.integrator
+    if assumptions.tolerance != TOLERANCE:
+        table["tolerance"] = assumptions.tolerance
     if assumptions.uncertainty != Uncertainty():
         table["uncertainty"] = vars(assumptions.uncertainty)
     return table

@@ -21,7 +21,7 @@ from fe_models.files.recording_checks import (
     to_si,
 )
 from fe_models.files.tables import Table, at, check_keys, read_list, read_table
-from fe_models.recordings import Assumptions, Sensor, Uncertainty
+from fe_models.recordings import TOLERANCE, Assumptions, Sensor, Uncertainty
 from fe_models.structure import Direction
 
 
@@ -72,6 +72,7 @@ class _SimulationTable:
     modal_model: str | None = None
     integrator: Literal["exact", "newmark"] = "exact"
     step: float | None = None
+    tolerance: float = TOLERANCE
 
 
 def read_header(document: Table, where: str, faults: list[str]) -> DatasetHeader | None:
@@ -177,7 +178,7 @@ def read_assumptions(document: Table, where: str, surroundings: Surroundings, fa
     if row.modal_model is not None and surroundings.dofs is not None:
         path = surroundings.folder / row.modal_model
         modal_model = noting(faults, f"{place}.modal_model", load_modal_model, path, surroundings.dofs)
-    return Assumptions(row.damping_ratio, row.modes, modal_model, row.integrator, row.step, uncertainty)
+    return Assumptions(row.damping_ratio, row.modes, modal_model, row.integrator, row.step, uncertainty, row.tolerance)
 
 
 def _simulation_faults(row: _SimulationTable, uncertainty: Uncertainty, surroundings: Surroundings) -> list[str]:
@@ -193,6 +194,8 @@ def _simulation_faults(row: _SimulationTable, uncertainty: Uncertainty, surround
         faults.append(f"damping_ratio: {len(ratios)} ratios for modes = {row.modes}; give one a mode, or one number")
     if row.step is not None and row.step <= 0:
         faults.append(f"step = {row.step:g} s; must be positive")
+    if row.tolerance <= 0:
+        faults.append(f"tolerance = {row.tolerance:g}; must be positive (0.05 is 5 % of the noise floor)")
     for name, value in vars(uncertainty).items():
         if value < 0:
             faults.append(f"uncertainty.{name} = {value:g}; must not be negative")

@@ -4,6 +4,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from fe_models.causes.wording import at_place
+from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
@@ -11,7 +12,7 @@ from hybrid.diagnosis.observed.observation_report import describe_observations, 
 from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
-from hybrid.diagnosis.outcome.verdict import MATERIAL, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
@@ -30,6 +31,7 @@ REMAINDERS = {
     NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
 FORECAST_AT_NOISE = "as well as the noise lets it"
+FORECAST_WITHIN_TOLERANCE = "to within the stated tolerance, {tolerance:.0%} of the noise floor"
 FORECAST_NEAR_NOISE = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
 
 
@@ -163,9 +165,6 @@ def score_lines(scores: dict[str, dict[str, float | None]], floor: float, is_nam
 
 def headline(diagnosis: Diagnosis) -> str:
     """Return the answer in one sentence, no surer than the probabilities of what it names."""
-    error = diagnosis.scores["extended"]["measured"]
-    at_noise = error is None or error <= (1 + MATERIAL) * diagnosis.noise_floor
-    reach = FORECAST_AT_NOISE if at_noise else FORECAST_NEAR_NOISE
     unsure = [finding for finding in diagnosis.findings if finding.probability < REPORT.min_named_probability]
     if diagnosis.verdict is Verdict.EXPLAINED and unsure:
         return (
@@ -174,7 +173,17 @@ def headline(diagnosis: Diagnosis) -> str:
             else KIND_OPEN
         )
     causes = "the causes are" if len(diagnosis.findings) > 1 else "the cause is"
-    return HEADLINES[diagnosis.verdict].format(causes=causes, reach=reach)
+    return HEADLINES[diagnosis.verdict].format(causes=causes, reach=_reach(diagnosis))
+
+
+def _reach(diagnosis: Diagnosis) -> str:
+    """Return how near to the noise floor forecasts come, in words."""
+    error, floor = diagnosis.scores["extended"]["measured"], diagnosis.noise_floor
+    if error is None or error <= (1 + TOLERANCE) * floor:
+        return FORECAST_AT_NOISE
+    if error <= (1 + diagnosis.tolerance) * floor:
+        return FORECAST_WITHIN_TOLERANCE.format(tolerance=diagnosis.tolerance)
+    return FORECAST_NEAR_NOISE
 
 
 def _probability(finding: Finding) -> str:

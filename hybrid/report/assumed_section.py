@@ -47,6 +47,7 @@ def _stated(dataset: Dataset) -> Table:
         ("stiffness is normally within (one standard deviation)", f"{100 * spread.stiffness:g} %"),
         ("mass is normally within", f"{100 * spread.mass:g} %"),
         ("damping is normally within", f"{100 * spread.damping:g} %"),
+        ("forecasts are good enough within", f"{100 * own.tolerance:g} % of the noise floor"),
     ]
     cells = tuple((Cell(word), Cell(value)) for word, value in rows)
     return Table("What the dataset states, or leaves to its defaults.", ("quantity", "value"), cells)

@@ -73,6 +73,11 @@ class Setting:
     notes: tuple[str, ...]
 
     @property
+    def tolerance(self) -> float:
+        """By how much of the noise floor forecasts may be worse for the user's purpose."""
+        return self.dataset.assumptions.tolerance
+
+    @property
     def is_astray(self) -> bool:
         """Whether the nominal model leaves so much that what it lacks counts as noise in the search."""
         return self.searched is not self.noise_model

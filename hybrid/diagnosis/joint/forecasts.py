@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.recordings import Dataset
+from fe_models.recordings import TOLERANCE, Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY, SETTLING
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
 from hybrid.diagnosis.discrepancy.forecasting import Forecaster
@@ -23,7 +23,7 @@ from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
-from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
+from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
@@ -36,13 +36,14 @@ NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it
 @dataclass(frozen=True, eq=False, repr=False)
 class Forecasts:
     """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
-    ``example``; ``roles``: which sensors are measured.
+    ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`.
     """
 
     before: ForecastScore
     after: ForecastScore
     example: Example
     roles: SensorRoles
+    tolerance: float = TOLERANCE
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:
@@ -67,7 +68,7 @@ class Forecasts:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
         error = float(self.after.nrmse[:, list(self.roles.measured)].mean())
         nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
-        return error <= (1 + MATERIAL) * self.floor or nearly or self.unexplained < NEGLIGIBLE
+        return error <= (1 + self.tolerance) * self.floor or nearly or self.unexplained < NEGLIGIBLE
 
     @property
     def unexplained(self) -> float:
@@ -115,7 +116,7 @@ def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | No
         return None
     each = [_forecasts(own, drawn[0], spaces, unseeing) for own, unseeing in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
-    return Forecasts(before, after, each[0].example, each[0].roles)
+    return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance)
 
 
 def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace], found: Found) -> Forecasts:
@@ -125,7 +126,8 @@ def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace]
     roles, train, test = _batches(dataset, found.measured)
     before = Forecaster.of(drawn, measured.nominal, None, train, roles)
     after = Forecaster.of(_spaces(dataset, found), found.measured.nominal, found.law, train, roles)
-    return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
+    example = _example(test[0].take([0]), before, after)
+    return Forecasts(before.score(test), after.score(test), example, roles, dataset.assumptions.tolerance)
 
 
 def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset, state: int) -> ForecastScore:

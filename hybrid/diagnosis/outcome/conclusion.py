@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from fe_models.recordings import TOLERANCE
 from fe_models.structure import Structure
 from hybrid.diagnosis.contest.evidence import Evidence
 from hybrid.diagnosis.contest.posterior import Posterior
@@ -32,11 +33,11 @@ class Diagnosis:
     share of the nominal model's wrong energy that is left. ``scores``: forecast NRMSE of the user's simulation,
     "baseline", and of the ``extended`` structure, of the "measured" and the "held_out" channels (None without any);
     ``noise_floor``: what noise alone makes of the first. ``observations``: what the simulation gets wrong, and one
-    recording as an ``example`` of it. ``next_measurement``: which would decide between rivals,
-    None where there are none. ``posterior`` over all
-    fits that matter; ``alike``: whether all recordings are of one structure, None where that is not known, or there is
-    one only; ``notes``: what the user should know about the data; ``seconds`` that it took. What a first look
-    ``identified`` in the recordings, by their names.
+    recording as an ``example`` of it. ``next_measurement``: which would decide between rivals, None where there are
+    none. ``posterior`` over all fits that matter; ``alike``: whether all recordings are of one structure, None where
+    that is not known, or there is one only; ``notes``: what the user should know about the data; ``seconds`` that it
+    took. What a first look ``identified`` in the recordings, by their names. ``tolerance``: the user's, see
+    `Assumptions`.
     """
 
     verdict: Verdict
@@ -54,6 +55,7 @@ class Diagnosis:
     notes: tuple[str, ...]
     seconds: float
     identified: Mapping[str, Identification] = field(default_factory=dict)
+    tolerance: float = TOLERANCE
 
     def __repr__(self) -> str:
         return f"Diagnosis({self.verdict.value}: {', '.join(map(repr, self.findings)) or 'no finding'})"
@@ -86,6 +88,7 @@ def concluded(setting: Setting, evidence: Evidence) -> Diagnosis:
         alike=_alike(ruling, findings),
         notes=(*setting.notes, *evidence.notes, *remarks),
         seconds=0.0,
+        tolerance=setting.tolerance,
     )
 
 

@@ -12,7 +12,7 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import BESIDE, MATERIAL, Errors
+from hybrid.diagnosis.outcome.verdict import BESIDE, Errors
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -53,8 +53,8 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         guess = excess_energy(best, evidence.noise_model, band).significant
         trifle = is_trifle(before, after, nominal, several)
         gained = scorer.error(before) - scorer.error(after)
-        weaker = gained <= (BESIDE if several else MATERIAL) * floor
-        reached = scorer.error(before) <= (1 + MATERIAL) * floor
+        weaker = gained <= (BESIDE if several else scorer.setting.tolerance) * floor
+        reached = scorer.error(before) <= (1 + scorer.setting.tolerance) * floor
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
         if count == 1:  # what is not needed is reported as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):
@@ -115,7 +115,8 @@ def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tu
     """
     base, best = evidence.base, posterior.fits[0]
     own, extended = scorer.forecast(base, CALIBRATION.max_deviation_sigma), scorer.forecast(best)
-    errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0)
+    tolerance = scorer.setting.tolerance
+    errors = Errors(scorer.error(own), scorer.error(extended), scorer.floor(own), 0.0, tolerance=tolerance)
     if not errors.nothing_to_gain:
         return posterior, []
     notes = [weak(best, number, posterior.widened) for number in range(len(best.hypothesis.candidates))]
@@ -138,7 +139,7 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     most = CALIBRATION.max_deviation_sigma if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
-    return wrong if gained > (BESIDE if count else MATERIAL) * scorer.floor(before) else posterior
+    return wrong if gained > (BESIDE if count else scorer.setting.tolerance) * scorer.floor(before) else posterior
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:

@@ -104,6 +104,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
         found.unexplained,
         scorer.error(found.nominal),
         found.nominal.is_perfect or found.calibrated.is_perfect,
+        setting.tolerance,
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, noise_model, setting.band, errors)
@@ -112,7 +113,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     )  # of what is left of the recordings themselves
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     before, after = (scorer.held_out_error(forecast) for forecast in (found.nominal, found.extended))
-    if verdict is Verdict.EXPLAINED and is_contradicted(before, after, errors.floor):
+    if verdict is Verdict.EXPLAINED and is_contradicted(before, after, errors):
         verdict, listed = Verdict.PARTLY_EXPLAINED, LISTED_IN_PART
         notes = [*notes, CONTRADICTED.format(before=before, after=after)]
     ruling = Ruling(

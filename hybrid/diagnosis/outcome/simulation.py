@@ -23,7 +23,6 @@ from hybrid.diagnosis.outcome.findings import Alternative, Finding
 from hybrid.diagnosis.outcome.materiality import is_trifle
 from hybrid.diagnosis.outcome.modal_fits import fit_in_modal_model, fits_in_modal_model
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import MATERIAL
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
 FARTHEST = 500.0  # in log odds: what exp can be taken of
@@ -60,7 +59,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     plain = fit_in_modal_model(base, (), modal, setting, evidence)
     if plain is None:
         raise InputError("[simulation] modal_model: under the structure's own force laws its motion grows for ever")
-    if not _forecasts_differ(base, plain, evidence.noise_model):
+    if not _forecasts_differ(base, plain, evidence.noise_model, setting.tolerance):
         return Simulation(base)
     differs = difference(setting.nominal, modal)
     causes = best.hypothesis.candidates
@@ -73,7 +72,7 @@ def simulation_of(setting: Setting, evidence: Evidence, posterior: Posterior, sc
     guess = trifle and excess_energy(best, evidence.noise_model, setting.band).significant
     ours, theirs = (evidence.as_searched(item).log_evidence for item in (best, same))
     log_odds = (ours - theirs) / posterior.temper
-    matters = scorer.error(before) - scorer.error(after) > MATERIAL * scorer.floor(after)
+    matters = scorer.error(before) - scorer.error(after) > setting.tolerance * scorer.floor(after)
     if guess or not matters or log_odds <= 0:
         return Simulation(plain, differs=differs)
     probability = float(1 / (1 + np.exp(-min(log_odds, FARTHEST))))
@@ -128,8 +127,10 @@ def modal_notes(
     return told
 
 
-def _forecasts_differ(own: Fit, other: Fit, noise_model: NoiseModel) -> bool:
-    """Return whether two models, as drawn, forecast so differently that it would show beside noise."""
+def _forecasts_differ(own: Fit, other: Fit, noise_model: NoiseModel, tolerance: float) -> bool:
+    """Return whether two models, as drawn, forecast so differently that it would show beside noise, by more than the
+    user's ``tolerance``.
+    """
     square, values = 0.0, 0.0
     for batch in own.batches:
         first = shown_of(batch.samples)
@@ -140,4 +141,4 @@ def _forecasts_differ(own: Fit, other: Fit, noise_model: NoiseModel) -> bool:
         apart = ((one - two) / batch.sigma(noise_model))[:, first:]
         square += float(np.square(apart).sum())
         values += apart.size * batch.share
-    return square > ((1 + MATERIAL) ** 2 - 1) * values
+    return square > ((1 + tolerance) ** 2 - 1) * values

@@ -5,6 +5,7 @@ from enum import Enum
 from math import inf
 
 from fe_models.arrays import TINY
+from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
@@ -12,8 +13,8 @@ from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
-MATERIAL = 0.05  # of the noise floor: by how much a cause must improve the forecast, and what counts as reaching it
-BESIDE = 0.01  # likewise of a second cause: that the simulation is wrong is no longer asked, but in what
+BESIDE = 0.01  # of the noise floor: by how much a second cause must improve the forecast; a first one by the user's
+# tolerance: beside one that the simulation is wrong is no longer asked, but in what
 WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
 # Of what was wrong, in fit and forecast: where less is left, it is what interpolation and steps leave of recordings
 # with next to no noise, and no further cause.
@@ -45,7 +46,7 @@ class Errors:
     """NRMSE of forecasts, mean over the measured channels: of the ``calibrated`` nominal model, of the ``extended``
     one, and the noise ``floor``. ``unexplained``: share of the nominal model's wrong energy that the extended one
     leaves; ``drawn``: the NRMSE of the nominal model as it is; ``by_chance``: whether a perfect model may have such
-    errors as it or the calibrated one.
+    errors as it or the calibrated one; ``tolerance``: the user's, see `Assumptions`.
     """
 
     calibrated: float
@@ -54,6 +55,7 @@ class Errors:
     unexplained: float
     drawn: float = inf
     by_chance: bool = False
+    tolerance: float = TOLERANCE
 
     @property
     def without(self) -> float:
@@ -64,17 +66,17 @@ class Errors:
     def nothing_to_gain(self) -> bool:
         """Whether the nominal model, calibrated, is as good as noise lets it be, and no cause makes it better."""
         gained = self.calibrated - self.extended
-        return self.calibrated <= (1 + MATERIAL) * self.floor and gained <= MATERIAL * self.floor
+        return self.calibrated <= (1 + self.tolerance) * self.floor and gained <= self.tolerance * self.floor
 
     @property
     def reached(self) -> bool:
         """Whether the extended model is as good as noise lets it be."""
-        return self.extended <= (1 + MATERIAL) * self.floor
+        return self.extended <= (1 + self.tolerance) * self.floor
 
     @property
     def near(self) -> bool:
         """Whether what the extended model still gets wrong is little beside noise."""
-        return self.extended <= NEAR * self.floor
+        return self.extended <= max(NEAR, 1 + self.tolerance) * self.floor
 
 
 def verdict_of(
@@ -110,9 +112,9 @@ def verdict_of(
     return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
 
 
-def is_contradicted(before: float | None, after: float | None, floor: float) -> bool:
+def is_contradicted(before: float | None, after: float | None, errors: Errors) -> bool:
     """Return whether held-out sensors, where there are any, are forecast worse with what is named than without it."""
-    return before is not None and after is not None and after - before > MATERIAL * floor
+    return before is not None and after is not None and after - before > errors.tolerance * errors.floor
 
 
 def _is_explained(best: Fit, all_causes: Fit, noise_model: NoiseModel, band: Band) -> bool:
