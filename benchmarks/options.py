@@ -38,7 +38,7 @@ class BlindOptions:
         ),
     ] = None
     rates: Annotated[
-        int | None, typer.Option(min=1, help="Instead: so many of each noise and size, to see how the rates fall.")
+        int | None, typer.Option(min=1, help="Instead: this many cases of each noise and size: how the rates fall.")
     ] = None
     kinds: Annotated[
         str | None,
@@ -68,12 +68,16 @@ class BlindOptions:
             "(diagnosed by modes), recorded forces, or a recorded motion of its base; the last two of the chain alone."
         ),
     ] = "free"
-    noise: Annotated[float, typer.Option(min=0.0, help="With --blind: standard deviation over each channel's.")] = 0.03
+    noise: Annotated[
+        float, typer.Option(min=0.0, help="With --blind: standard deviation of the noise over that of each channel.")
+    ] = 0.03
     noisy: Annotated[
         Literal["alike", "uneven", "unfiltered"],
         typer.Option(help="With --blind: noise alike in all recordings, in proportion to each, or after the low-pass."),
     ] = "alike"
-    changed: Annotated[int, typer.Option(min=0, help="With --blind: recordings made before the last effect.")] = 0
+    changed: Annotated[
+        int, typer.Option(min=0, help="With --blind: how many recordings are made before the last effect comes.")
+    ] = 0
     step: Annotated[float | None, typer.Option(min=1e-6, help="With --blind: time steps of the bridge, s.")] = None
     train: Annotated[
         int | None,
@@ -96,7 +100,10 @@ class CertificateOptions:
     ] = False
     minutes: Annotated[
         float | None,
-        typer.Option(min=0.0, help="With --certificate: begin no case after these; run again to go on. [default: all]"),
+        typer.Option(
+            min=0.0,
+            help="With --certificate: begin no case after this many minutes; run again to go on. [default: all]",
+        ),
     ] = None
     dirty: Annotated[
         bool, typer.Option("--dirty", help="With --certificate: run code that is not committed; the page says so.")

@@ -31,7 +31,7 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
     \b
     OUT/report.html        all of it on a page for a browser, whole in one file: read this first
     OUT/comparison.txt     what is printed
-    OUT/comparison.csv     a row a mode and recording: frequency, damping ratio, MAC, share of the energy
+    OUT/comparison.csv     one row per mode and recording: frequency, damping ratio, MAC, share of the energy
     OUT/comparison.json    the same with shapes, and all other numbers
     OUT/stabilisation.png  poles over the order of the system, from which modes were chosen
     OUT/mac.png            how alike the model's shapes and those of each recording are

@@ -22,8 +22,8 @@ Modes = Annotated[
     bool,
     typer.Option(
         "--modes",
-        help="By natural frequencies, damping ratios, mode shapes and motion in any case: for a structure that may be"
-        " far from its drawing. Left out, a first look at the modes decides.",
+        help="Go by natural frequencies, damping ratios, mode shapes and motion in any case: for a structure that may"
+        " be far from its drawing. Without it a first look at the modes decides.",
     ),
 ]
 Jobs = Annotated[
@@ -38,7 +38,7 @@ Scheduler = Annotated[
 ]
 Datasets = Annotated[
     list[Path],
-    typer.Argument(help="The dataset's TOML file; several, or folders of them, are a fleet.", show_default=False),
+    typer.Argument(help="The dataset's TOML file; or several, or folders in which they are.", show_default=False),
 ]
 
 
@@ -53,28 +53,27 @@ def diagnose(
 ) -> None:
     """Diagnose a chain, a frame or matrices by groups from recordings.
 
-    All causes of the list compete at all their places. What is found is built into the structure, and forecasts of the
-    test recordings are scored before and after. A modal model that the dataset simulates with is held against the
-    structure's own modes. The exit status is 0 once a report is written, whatever its verdict.
+    All causes on the list compete at all their places. What is found is built into the structure, and forecasts of the
+    test recordings are scored before and after. A modal model that the dataset states is compared with the structure's
+    own modes. The exit status is 0 once a report is written, whatever its verdict.
 
-    A structure that is nearly right is held against every sample. Where a first look shows that it is not, or that it
-    changed between recordings, the evidence is that of natural frequencies, damping ratios and shapes, and of how
-    motion strays from them: that tells how far groups of elements are off, what changed, and which force law acts.
-    Recordings of wind and traffic, datasets of identified modes alone ([[modes]]) and matrices by groups are diagnosed
-    so, too.
+    A structure that is nearly right as drawn is compared with every sample. Where a first look shows that it is not,
+    or that it changed between recordings, the evidence is natural frequencies, damping ratios and mode shapes, and how
+    the motion departs from these modes: that tells how far groups of elements are off, what changed, and which force
+    law acts. Recordings of wind and traffic, identified modes ([[modes]]) and matrices by groups are diagnosed so, too.
 
     \b
     OUT/report.html          all of it on a page for a browser, whole in one file: read this first
     OUT/report.json          verdict, findings with probabilities and alternatives, scores
     OUT/summary.txt          the same in words, as printed
-    OUT/extended_model.toml  the structure with the findings, which every command accepts as a model
+    OUT/extended_model.toml  the structure with the findings, a model for the other commands
     OUT/what_is_wrong.png    a test recording beside both models' forecasts, and the spectra of their errors
     OUT/modes.png            measured modes beside the structure's, where these were the evidence
     OUT/fleet.html, .json    of several datasets: the table of all answers; their files are in OUT/NAME
 
-    Several datasets, or a folder in which they are, go into folders of their own within OUT, and OUT/fleet.html has all
-    answers in one table. What is done is not done again: the same command goes on after an interruption. A dataset
-    that cannot be diagnosed has its error in its row, and the exit status is then 1.
+    Of several datasets, or of a folder of them, each has a folder of its own within OUT, and OUT/fleet.html has all
+    answers in one table. After an interruption the same command goes on. A dataset that cannot be diagnosed has its
+    error in its row, and the exit status is then 1.
 
     \b
     Example:

@@ -6,7 +6,11 @@ from typing import Annotated
 import typer
 
 Model = Annotated[
-    str, typer.Argument(help="four_dof, bridge, a structure (.toml), or your own M, K, C (.npz, or .toml on them).")
+    str,
+    typer.Argument(
+        help="four_dof or bridge (built in), a structure file (.toml), or matrices M, K, C (.npz, or a .toml that names"
+        " them)."
+    ),
 ]
 DatasetFile = Annotated[Path, typer.Argument(help="The dataset's TOML file.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the results; made where it is missing.", show_default=False)]
@@ -18,7 +22,7 @@ Device = Annotated[str, typer.Option(help="cpu, cuda or cuda:N.")]
 
 Refine = Annotated[
     int | None,
-    typer.Option(min=1, max=10_000, help="Finite elements a beam, in place of the file's divisions. [default: these]"),
+    typer.Option(min=1, max=10_000, help="Finite elements per beam. [default: the divisions of the structure file]"),
 ]
 Modes = Annotated[
     int | None, typer.Option(min=1, help="Natural modes, from the lowest. [default: 10, or all of a small model]")

@@ -23,8 +23,8 @@ Whole = Annotated[
 Initial = Annotated[
     Path | None,
     typer.Option(
-        help="CSV file with node,direction,displacement,velocity: the state to start from. Of other nodes it says "
-        "nothing: they are where static forces at the given ones would have them."
+        help="CSV file with node,direction,displacement,velocity: the state to start from. Other nodes are where "
+        "static forces at the given ones would move them."
     ),
 ]
 Duration = Annotated[float, typer.Option(min=0.0, max=1e4, help="Length of the prediction, s.")]
@@ -46,14 +46,13 @@ def predict(
 
     Start either from a record, of which the first samples are read, or from a state of your own, given at as many nodes
     as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the same
-    start), and channels.csv (what the sensors would read, and from a record the standard deviation of that; how often
-    tests stayed within 1.645 of it, which should be nine times in ten, metrics.json of RUN says); 'hybrid-modal render
-    OUT' draws it.
+    start), and channels.csv (what the sensors would read and, from a record, its standard deviation); 'hybrid-modal
+    render OUT' draws it. metrics.json of RUN says how often tests stayed within 1.645 standard deviations, which
+    should be nine times in ten.
 
     Known loads and base motion of the record drive the forecast, as far as they are known. Of a record with excitation
     = "ambient", or of which nothing is said and that does not die away, the motion is estimated from all its samples,
-    its forces unknown but for what they leave in it, with its standard deviation, and scored on the sensors that were
-    left out.
+    under unknown forces, with its standard deviation, and scored on the held-out sensors.
 
     With --whole the motion is reconstructed instead, from all samples of the record: virtual sensing. That takes a
     model which solves for its states (hybrid-modal train --preset places).

@@ -22,9 +22,10 @@ def simulate(
 
     Simulated recordings have what the linear model lacks. Frames come to rest under gravity, prestress and the pulls,
     which then let go: large displacements, P-delta, slack cables, noise. A recording starts 0.1 s after the release,
-    when its jump, smeared by the low-pass, has died down. Of several recordings the last is for testing.
-    Matrices, plane or in space, move linearly, by their lowest modes, after pulls are let go or with their base.
-    Chains start from random states; four_dof gives the data of the paper (its own numbers with seed 0, 1000 motions).
+    when its jump, smeared by the low-pass, has died down. Matrices, plane or in space, move linearly, by their lowest
+    modes, after pulls are let go or with their base. Of several recordings the last is for testing.
+    Chains start from random states, and the last fifth of their motions is for testing; four_dof gives the data of the
+    paper (its own numbers with seed 0, 1000 motions).
 
     \b
     Examples:

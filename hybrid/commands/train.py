@@ -11,9 +11,9 @@ from hybrid.commands.options import DatasetFile, Device, Out, Quiet
 from hybrid.config import IntegratorKind, PresetName, configuration
 
 Preset = Annotated[
-    PresetName, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': a model a recording.")
+    PresetName, typer.Option(help="'paper': Lai et al. 2022. 'places': for chains. 'experts': one model per recording.")
 ]
-Fresh = Annotated[bool, typer.Option("--fresh", help="Throw an interrupted training away.")]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Begin anew, and discard an interrupted training.")]
 
 
 @dataclass(frozen=True)
@@ -26,10 +26,12 @@ class TrainingOptions:
     learning_rate: Annotated[float | None, typer.Option(min=1e-8, help="Of Adam, at the start. [default: 0.001]")] = (
         None
     )
-    batch: Annotated[int | None, typer.Option(min=1, help="Windows a step. [default: 16; places 100]")] = None
+    batch: Annotated[int | None, typer.Option(min=1, help="Windows per step. [default: 16; places 100]")] = None
     window: Annotated[
         int | None,
-        typer.Option(min=40, help="Samples a window, at most a recording's. [default: 500; fewer of short recordings]"),
+        typer.Option(
+            min=40, help="Samples per window, at most those of a recording. [default: 500; fewer of short recordings]"
+        ),
     ] = None
     first_horizon: Annotated[
         int | None, typer.Option(min=10, help="Samples forecast in the first epoch. [default: 100; places 20]")
@@ -65,13 +67,14 @@ def train(
     """Train the hybrid model on a dataset and score it on the recordings marked "test".
 
     An encoder reads a window's first samples and gives the initial modal state; a modal ODE carries it on, with the FE
-    model's frequencies and damping fixed and a rest that is learned; the FE model's mode shapes turn it back into
-    sensors, and into the displacement of every node.
+    model's frequencies and damping fixed and a further term that is learned; the FE model's mode shapes turn it back
+    into sensor signals, and into the displacement of every node.
 
-    --preset places ties what is learned to the places of a chain, a spring, a dashpot and a small net at each mass and
-    along each spring, and solves for the initial state instead of encoding it: slower, and far more accurate.
+    --preset places ties what is learned to the places of a chain, a spring, a dashpot and a small neural network at
+    each mass and along each spring, and solves for the initial state instead of encoding it: slower, and far more
+    accurate.
 
-    --preset experts trains one model a training recording and weighs their forecasts by how well each recording
+    --preset experts trains one model for each training recording and weighs their forecasts by how well each of them
     explains a window's first samples: for recordings that are not quite of one structure, as of a real one on
     different days.
 

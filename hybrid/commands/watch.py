@@ -51,7 +51,7 @@ def watch(
     """Watch a structure: hold each new recording in FOLDER against its history, and raise an alarm when it changed.
 
     FOLDER/dataset.toml names model, sensors and the recordings that begin the history; other recordings in FOLDER are
-    read as the first of these. Natural frequencies are identified with their standard deviations, followed by shape,
+    read like the first of these. Natural frequencies are identified with their standard deviations, followed by shape,
     and have control charts: one each, and Hotelling's T^2 of all together. Limits follow from the scatter of the
     history and from the identification, with one false alarm in 370 recordings. When an alarm is raised the recordings
     before and after are diagnosed together: what changed, and where. All is kept on disk; the same command goes on.
