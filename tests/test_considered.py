@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from hybrid.diagnosis.joint.considered import NOTHING_ELSE, Considered
+from hybrid.diagnosis.modes_and_motion.considered import NOTHING_ELSE, Considered
 from hybrid.report.page import Paragraph, Table
 from hybrid.report.rejected import LEFT_OF_MODES, LEFT_OF_MOTION, NONE_REJECTED, rejected
 from tests.pages import answer_by_modes, chain_dataset

@@ -7,10 +7,10 @@ from fe_models.causes import AddedMass, Cause, CubicSpring, PointDamper
 from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.joint.modal_findings import as_sure, share_of_two
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modes_and_motion.modal_findings import as_sure, share_of_two
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
 from tests.blind_results import HEAVY, WEAK_2, finding

@@ -8,10 +8,10 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Structure
 from fe_models.uncertain_parts import uncertain_parts
-from hybrid.diagnosis.joint.look import rebased
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modes_and_motion.look import rebased
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
 RATE, HIGHEST = 80.0, 30.0  # Hz

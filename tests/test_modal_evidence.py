@@ -14,8 +14,6 @@ from fe_models.causes.places import Motion
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.diagnosis.joint.measured_in_dataset import measured_in
-from hybrid.diagnosis.joint.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.errors import ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import fit_claim
@@ -24,6 +22,8 @@ from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
+from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 

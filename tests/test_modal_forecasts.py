@@ -16,12 +16,12 @@ from hybrid.diagnosis.discrepancy.forecasting import Forecaster, system_of_modes
 from hybrid.diagnosis.discrepancy.law_fit import LawFit
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.settling import settled
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.forecasts import forecasts_of
-from hybrid.diagnosis.joint.found import Found, found_by_modes
-from hybrid.diagnosis.joint.look import look_at
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.forecasts import forecasts_of
+from hybrid.diagnosis.modes_and_motion.found import Found, found_by_modes
+from hybrid.diagnosis.modes_and_motion.look import look_at
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.marching import respond

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from hybrid.diagnosis.discrepancy.config import LAW_FIT
-from hybrid.diagnosis.joint.modes_less_law import no_surer
-from hybrid.diagnosis.joint.unsure_modes import strayed
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modes_and_motion.modes_less_law import no_surer
+from hybrid.diagnosis.modes_and_motion.unsure_modes import strayed
 
 SENSORS, STEP = 3, 0.05  # rad between samples of a random walk
 

@@ -17,9 +17,9 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.config import DOOR
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.look import Look, look_at
-from hybrid.diagnosis.joint.modal_diagnosis import OneStructure, diagnosed
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.look import Look, look_at
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import OneStructure, diagnosed
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import CLEARLY, NEAR
 from hybrid.diagnosis.recorded.amount import limited

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from hybrid.diagnosis.config import REPORT
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.paired_modes import PairedMode
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal.config import LISTED
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import (

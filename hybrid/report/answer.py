@@ -4,7 +4,7 @@ from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer, headline_of
 from hybrid.diagnosis.config import DOOR, REPORT
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.report.page import Tone

@@ -7,8 +7,8 @@ from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.considered import MOST, Considered
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.considered import MOST, Considered
 from hybrid.report.page import Block, Cell, Paragraph, Table
 from hybrid.report.values import number, probability, share
 

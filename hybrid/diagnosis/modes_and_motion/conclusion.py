@@ -13,11 +13,16 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
-from hybrid.diagnosis.joint.considered import Considered, considered_by_modes, considered_laws
-from hybrid.diagnosis.joint.forecasts import Forecasts, FoundMotion
-from hybrid.diagnosis.joint.found import Found
-from hybrid.diagnosis.joint.look import surely_off
-from hybrid.diagnosis.joint.modal_findings import (
+from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.config import CONCLUSION
+from hybrid.diagnosis.modal.errors import SPREADS, ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
+from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
+from hybrid.diagnosis.modes_and_motion.considered import Considered, considered_by_modes, considered_laws
+from hybrid.diagnosis.modes_and_motion.forecasts import Forecasts, FoundMotion
+from hybrid.diagnosis.modes_and_motion.found import Found
+from hybrid.diagnosis.modes_and_motion.look import surely_off
+from hybrid.diagnosis.modes_and_motion.modal_findings import (
     State,
     as_sure,
     by_importance,
@@ -26,12 +31,7 @@ from hybrid.diagnosis.joint.modal_findings import (
     share_of_two,
     states_of,
 )
-from hybrid.diagnosis.joint.paired_modes import PairedMode, paired_modes
-from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.config import CONCLUSION
-from hybrid.diagnosis.modal.errors import SPREADS, ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
-from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel

@@ -15,11 +15,11 @@ from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
-from hybrid.diagnosis.joint.forecasts import scored_by
-from hybrid.diagnosis.joint.found import kept_for_testing
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modes_and_motion.forecasts import scored_by
+from hybrid.diagnosis.modes_and_motion.found import kept_for_testing
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import measured_columns

@@ -10,11 +10,11 @@ from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import ChangeCandidate, LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.joint.found import Found
-from hybrid.diagnosis.joint.look import surely_off
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modes_and_motion.found import Found
+from hybrid.diagnosis.modes_and_motion.look import surely_off
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,

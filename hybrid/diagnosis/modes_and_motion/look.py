@@ -12,11 +12,11 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import DOOR, THREADS
-from hybrid.diagnosis.joint.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.search import Search, null_fit
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.identification.identification import Identification

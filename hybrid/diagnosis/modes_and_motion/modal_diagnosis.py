@@ -20,17 +20,17 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, share_usual
 from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
-from hybrid.diagnosis.joint.change_gains import gains_of
-from hybrid.diagnosis.joint.conclusion import Claims, ModalDiagnosis, concluded
-from hybrid.diagnosis.joint.forecasts import FoundMotion
-from hybrid.diagnosis.joint.found import Found, found_beside, found_by_modes, found_instead
-from hybrid.diagnosis.joint.look import Look, look_at, rebased
-from hybrid.diagnosis.joint.modes_less_law import measured_less_law
-from hybrid.diagnosis.joint.unsure_modes import ranked_beside
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.modes_and_motion.change_gains import gains_of
+from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, concluded
+from hybrid.diagnosis.modes_and_motion.forecasts import FoundMotion
+from hybrid.diagnosis.modes_and_motion.found import Found, found_beside, found_by_modes, found_instead
+from hybrid.diagnosis.modes_and_motion.look import Look, look_at, rebased
+from hybrid.diagnosis.modes_and_motion.modes_less_law import measured_less_law
+from hybrid.diagnosis.modes_and_motion.unsure_modes import ranked_beside
 from hybrid.diagnosis.recorded.amount import limited
 
 UNKNOWN_FORCES = (

@@ -9,10 +9,10 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import without_law
-from hybrid.diagnosis.joint.measured_in_dataset import measured_in
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.pairing import paired
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 
 
 def measured_less_law(dataset: Dataset, laws: LawSearch, under: Measured) -> Measured:
