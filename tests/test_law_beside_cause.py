@@ -8,7 +8,7 @@ from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modes_and_motion.modal_findings import as_sure, share_of_two
 from hybrid.diagnosis.nominal.candidates import all_candidates

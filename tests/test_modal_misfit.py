@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.search import null_fit
 from tests.test_modal_evidence import COUNT, chain, dataset, measured_of, modes_of

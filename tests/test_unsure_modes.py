@@ -5,6 +5,7 @@ import pytest
 
 from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.mode_values import value_count
 from hybrid.diagnosis.modes_and_motion.modes_less_law import no_surer
 from hybrid.diagnosis.modes_and_motion.unsure_modes import strayed
 
@@ -13,7 +14,7 @@ SENSORS, STEP = 3, 0.05  # rad between samples of a random walk
 
 def modes(frequency: float, ratio: float, shape: list[complex]) -> MeasuredModes:
     """Return one mode that is known exactly."""
-    covariance = np.zeros((1, 2 + 2 * SENSORS, 2 + 2 * SENSORS))
+    covariance = np.zeros((1, value_count(SENSORS), value_count(SENSORS)))
     return MeasuredModes("r", np.log([frequency]), np.array([ratio]), np.array([shape]), covariance)
 
 

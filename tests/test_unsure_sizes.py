@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.modal.errors import SPREADS
+from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.search import null_fit
 from hybrid.diagnosis.modal.unsure_sizes import over_sizes, with_unsure_sizes
@@ -33,7 +33,7 @@ def test_unsure_sizes_make_values_less_sure_and_move_nothing(dataset: Dataset) -
     assert np.all(errors(wider) > 0.9 * errors(found))  # 32 draws tell a standard deviation to a tenth
     assert errors(wider)[:5].mean() > 1.1 * errors(found)[:5].mean()
     # no farther than ten times the sizes, as of a prior whose logarithm has a standard deviation of 1.5, would have it
-    assert np.all(errors(wider) < np.exp(2 * SPREADS.max()) * errors(found))
+    assert np.all(errors(wider) < np.exp(2 * LOG_SPREADS.max()) * errors(found))
 
 
 def test_the_same_fit_gives_the_same_bits(dataset: Dataset) -> None:

@@ -1,8 +1,7 @@
 """The modes that a claim expects in each recording: state space, values, and how these may be off.
 
-Values of a mode are its logarithm of frequency, its damping ratio, and Re and Im of its shape over its reference entry,
-as in `paired_rows`; they are off with the claim's parameters, by what any model gets wrong in all recordings alike, and
-by what differs from one to the next.
+The values of its modes (`mode_values`) are off with the claim's parameters, by what any model gets wrong in all
+recordings alike, and by what differs from one to the next.
 """
 
 from dataclasses import dataclass, replace
@@ -14,8 +13,9 @@ from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of, roots_of
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import QUANTITIES, SCALES, ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import SCALE_OF, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, free_values, quantities_of, shape_parts, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 
@@ -36,21 +36,19 @@ class ExpectedModes:
 
     @property
     def free(self) -> BoolArray:
-        """Which of all values (mode, 2 + 2 sensor) say something: not the reference entries."""
-        return free_of(self.reference, len(self.space.shown))
+        """Which of all values (mode, value) say something: not the reference entries."""
+        return free_values(self.reference, len(self.space.shown))
 
     def by(self, step: FloatArray) -> "ExpectedModes":
         """Return the modes with all values moved by a ``step`` (value,)."""
-        space, sensors = self.space, len(self.space.shown)
-        every = np.zeros(self.free.shape)
+        space, every = self.space, np.zeros(self.free.shape)
         every[self.free] = step
-        shape = (every[:, 2 : 2 + sensors] + 1j * every[:, 2 + sensors :]).T
         at_reference = space.shown[self.reference, np.arange(space.count)]
         there = replace(
             space,
-            omega=space.omega * np.exp(every[:, 0]),
-            ratio=space.ratio + every[:, 1],
-            shown=space.shown + at_reference * shape,
+            omega=space.omega * np.exp(every[:, FREQUENCY]),
+            ratio=space.ratio + every[:, RATIO],
+            shown=space.shown + at_reference * shapes_in(every).T,
         )
         return replace(self, space=there, moved=self.moved + step)
 
@@ -94,14 +92,6 @@ class Expectation:
         return replace(self, modes=tuple(own.by(step) for own in self.modes))
 
 
-def free_of(reference: IntArray, sensors: int) -> BoolArray:
-    """Return which values (mode, 2 + 2 sensor) are none of ``reference`` entries."""
-    free = np.ones((len(reference), 2 + 2 * sensors), dtype=bool)
-    for part in (2, 2 + sensors):
-        free[np.arange(len(reference)), part + reference] = False
-    return free
-
-
 def expectation_of(claimed: Claimed) -> Expectation | None:
     """Return what a claim expects at its fit's theta, of modes below half the sampling rate or the low-pass.
 
@@ -119,17 +109,13 @@ def expectation_of(claimed: Claimed) -> Expectation | None:
         return expectation_of(replace(claimed, reference=least.reference))
     hypothesis, first = claim.hypothesis, fit.nuisances
     own = claimed.sizes or fit.sizes
-    factor = [getattr(own, SCALES[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]
+    factor = [getattr(own, SCALE_OF[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]
     spread = hypothesis.width.copy()
     spread[:first] *= factor
     centre = hypothesis.centre.copy()
     centre[:first] = -measured.offset
-    quantity = np.array([0, 1] + [2] * len(measured.sensors) + [3] * len(measured.sensors))
-    free = whole[0].free
-    common, vary = (
-        np.broadcast_to(np.array([getattr(own, name + end) for name in QUANTITIES])[quantity], free.shape)[free]
-        for end in ("", "_varies")
-    )
+    free, quantity = whole[0].free, quantities_of(len(measured.sensors))
+    common, vary = (np.broadcast_to(sizes[quantity], free.shape)[free] for sizes in (own.common, own.varying))
     return Expectation(whole, centre - theta, spread, common, vary)
 
 
@@ -168,7 +154,7 @@ def _expected(claimed: Claimed, off: tuple[int, ...]) -> ExpectedModes | None:
     slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
     moved = FIT.difference_step * hypothesis.width
     slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
-    slopes = slopes[free_of(reference, len(rows))]
+    slopes = slopes[free_values(reference, len(rows))]
     return ExpectedModes(space, reference, slopes, np.zeros(len(slopes)))
 
 
@@ -214,7 +200,8 @@ def slopes_over_time(
         shown[number] = np.real(space.shown[:, mode] * (of_q * q + of_rate * rate)[:, None])
     of_q, of_rate = amplitude_of(space.roots[mode])
     over_reference = space.shown[modes.reference[mode], mode] * (of_q * q + of_rate * rate)
+    real, imaginary = (range(*part.indices(len(free))) for part in shape_parts(sensors))
     for sensor in range(sensors):
-        shown[2 + sensor, :, sensor] = over_reference.real
-        shown[2 + sensors + sensor, :, sensor] = -over_reference.imag
+        shown[real[sensor], :, sensor] = over_reference.real
+        shown[imaginary[sensor], :, sensor] = -over_reference.imag
     return added[free], shown[free]

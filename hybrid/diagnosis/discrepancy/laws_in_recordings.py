@@ -14,7 +14,7 @@ from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, samples_in, shortened
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.recorded.batches import measured_columns
 

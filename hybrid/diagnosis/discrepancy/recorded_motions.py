@@ -12,9 +12,9 @@ from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest
 from hybrid.diagnosis.discrepancy.size import STARTED
 from hybrid.diagnosis.discrepancy.tracking import Track, track
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.paired_rows import free_values
+from hybrid.diagnosis.modal.mode_values import SHAPE, free_values
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
@@ -70,9 +70,9 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
 def as_identified(measured: Measured, fit: ModalFit, expected: Expectation) -> Expectation:
     """Return the modes moved by what any model gets wrong of them, as the modes of all recordings have it."""
     rows = fit.rows
-    common = rows.by_row(fit.sizes, "")
-    alike = common * (rows.groups @ (rows.groups.T @ (common * fit.weighed)))
-    each = alike / (rows.groups @ rows.groups.sum(axis=0))  # every row of a shared error has all of it
+    common, sharing = rows.common(fit.sizes), rows.sharing
+    alike = common * (sharing @ (sharing.T @ (common * fit.weighed)))
+    each = alike / (sharing @ sharing.sum(axis=0))  # every row of a shared error has all of it
     return expected.by(_by_value(measured, fit, expected.modes[0], each))
 
 
@@ -80,18 +80,18 @@ def errors_of_state(measured: Measured, fit: ModalFit, modes: ExpectedModes, rec
     """Return how far the values (value,) of all modes in some ``recordings`` of one state are, on average, from where
     the claim has them beside what is wrong in all.
     """
-    own = fit.rows.by_row(fit.sizes, "_varies") ** 2 * fit.weighed * np.isin(fit.rows.recording, recordings)
+    own = fit.rows.varying(fit.sizes) ** 2 * fit.weighed * np.isin(fit.rows.recording, recordings)
     return _by_value(measured, fit, modes, own / max(len(recordings), 1))
 
 
 def _by_value(measured: Measured, fit: ModalFit, modes: ExpectedModes, by_row: FloatArray) -> FloatArray:
     """Return the sums of what rows (row,) have of each value (value,) of the ``modes``."""
-    rows, free = fit.rows, free_values(measured, fit.pairs)
+    rows, free = fit.rows, free_values(fit.pairs.reference, len(measured.sensors))
     place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]
     own = np.flatnonzero(rows.mode < modes.space.count)
     found = np.zeros(modes.free.shape)
     np.add.at(found, (rows.mode[own], place[own]), by_row[own])
     there = fit.pairs.mode < modes.space.count
     mode, reference = fit.pairs.mode[there], fit.pairs.reference[there]
-    found[mode[reference != modes.reference[mode]], 2:] = 0.0  # a shape over another entry
+    found[mode[reference != modes.reference[mode]], SHAPE] = 0.0  # a shape over another entry
     return found[modes.free]

@@ -41,7 +41,7 @@ class ListedConfig:
 
 
 @dataclass(frozen=True)
-class OutlierConfig:
+class UnpairedConfig:
     """Measured modes that no mode of the structure is: so wide is what they might have been."""
 
     log_frequency: float = 0.1
@@ -51,12 +51,12 @@ class OutlierConfig:
 
 
 @dataclass(frozen=True)
-class OutlyingConfig:
+class InflationConfig:
     """Measured modes whose identification errs by more than it says."""
 
     degrees: float = 4.0  # of freedom of Student's distribution: beyond four times their size are 1.6 % of errors
-    most: float = 1e4  # times the variance
-    steps: int = 41
+    max_variance_factor: float = 1e4
+    steps: int = 41  # of the logarithm of that factor, from one on
 
 
 @dataclass(frozen=True)
@@ -124,8 +124,8 @@ class ConclusionConfig:
 PAIRING = PairingConfig()
 COMBINATION = CombinationConfig()
 LISTED = ListedConfig()
-OUTLIER = OutlierConfig()
-OUTLYING = OutlyingConfig()
+UNPAIRED = UnpairedConfig()
+INFLATION = InflationConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()
 UNSURE_SIZES = UnsureSizesConfig()

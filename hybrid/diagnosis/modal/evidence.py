@@ -14,22 +14,20 @@ from scipy.linalg import cho_solve, solve_triangular
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
-from hybrid.diagnosis.modal.likely_errors import likeliest
-from hybrid.diagnosis.modal.outlying import likeliest_inflation, log_prior_in
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.inflation import Inflation, likeliest_inflation, log_prior_in
+from hybrid.diagnosis.modal.likely_errors import likeliest_sizes
+from hybrid.diagnosis.modal.mode_values import free_values
+from hybrid.diagnosis.modal.modes_of_claim import predicted_by
 from hybrid.diagnosis.modal.paired_rows import (
-    Inflation,
-    Pairs,
-    free_values,
-    log_density_of_outliers,
-    outlying_by,
-    pairs_of,
-    predicted_by,
-    predicted_of,
+    log_density_of_unpaired,
     residual_of,
     rows_of,
+    unpaired_widths,
     values_of,
 )
+from hybrid.diagnosis.modal.pairs import Pairs, pairs_of, predicted_of
+from hybrid.diagnosis.modal.rows import Rows
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -90,16 +88,16 @@ def fit_claim(
         if predicted is None:
             return best
         pairs = pairs_of(measured, claim, predicted)
-        values, noise = values_of(measured, pairs)
-        residual, slopes = residual_of(measured, claim, pairs, values, predicted)
+        known = values_of(measured, pairs)
+        residual, slopes = residual_of(measured, claim, pairs, known.values, predicted)
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
-        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
+        rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
         try:
             if errors_too and number % 2 == 1 and len(pairs):
-                sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
+                sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations)
                 inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
-                rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
+                rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
             present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
@@ -121,7 +119,7 @@ def fit_claim(
 def refitted_errors(measured: Measured, item: ModalFit, claim: Claim) -> ModalFit:
     """Return a fit's theta as one of another ``claim`` with the same causes, the sizes of errors fitted anew."""
     rows = replace(item.rows, changed=np.isin(item.rows.recording, claim.changed))
-    sizes = likeliest(rows, item.residual, item.sizes, FIT.error_iterations)
+    sizes = likeliest_sizes(rows, item.residual, item.sizes, FIT.error_iterations)
     return with_errors(measured, replace(item, claim=claim, rows=rows), sizes)
 
 
@@ -158,7 +156,7 @@ def _at(
         normal = own.T @ own + np.diag(1 / width**2)
         off = (theta[first:] - hypothesis.centre[first:]) / width
         evidence += -0.5 * float(off @ off) - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(width).sum())
-    evidence += log_density_of_outliers(measured, pairs) + log_prior_in(inflation)
+    evidence += log_density_of_unpaired(measured, pairs) + log_prior_in(inflation)
     covariance = _covariance(rows, sizes, slopes, width)
     return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence, inflation)
 
@@ -233,16 +231,17 @@ def misfit_of(measured: Measured, item: ModalFit, known: ModalFit) -> float:
     """
     predicted, every = predicted_of(measured, item.claim, item.theta)
     pairs = every.among(known.pairs)
-    alone = ~known.pairs.are_among(pairs)[np.nonzero(free_values(measured, known.pairs))[0]]
-    total = float(np.sum((outlying_by(known.rows.quantity) ** 2 / _variance(known.rows, known))[alone]))
+    free = free_values(known.pairs.reference, len(measured.sensors))
+    alone = ~known.pairs.are_among(pairs)[np.nonzero(free)[0]]
+    total = float(np.sum((unpaired_widths(known.rows.quantity) ** 2 / _variance(known.rows, known))[alone]))
     if not len(pairs):
         return total
-    values, noise = values_of(measured, pairs)
-    residual, slopes = residual_of(measured, item.claim, pairs, values, predicted)
-    rows = rows_of(measured, item.claim, pairs, noise, slopes[:, : item.nuisances], known.inflation)
+    seen = values_of(measured, pairs)
+    residual, slopes = residual_of(measured, item.claim, pairs, seen.values, predicted)
+    rows = rows_of(measured, item.claim, pairs, seen.covariance, slopes[:, : item.nuisances], known.inflation)
     return total + float(np.sum(residual**2 / _variance(rows, known)))
 
 
 def _variance(rows: Rows, known: ModalFit) -> FloatArray:
     """Return the variance (row,) of what is a recording's own, by the errors of a fit that is ``known``."""
-    return np.asarray(np.diag(rows.own_noise) + rows.varies(known.sizes) ** 2)
+    return np.asarray(np.diag(rows.own_noise) + rows.varying(known.sizes) ** 2)

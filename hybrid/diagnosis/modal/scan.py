@@ -21,7 +21,7 @@ from fe_models.causes.candidate import (
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.paired_rows import free_values
+from hybrid.diagnosis.modal.mode_values import free_values
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.parallel import parallel_map
@@ -96,7 +96,7 @@ def _moved(
     sizes = sizes[with_it.weighs(_with_each(base.theta, sizes))]
     if not len(sizes):
         return None
-    pairs, free = base.pairs, free_values(measured, base.pairs)
+    pairs, free = base.pairs, free_values(base.pairs.reference, len(measured.sensors))
     residuals, stands = np.zeros((len(sizes), *free.shape)), np.ones(len(sizes), dtype=bool)
     residuals[:, free] = base.residual - base.rows.slopes @ total
     for off in dict.fromkeys(claim.off(recording) for recording in shown):
@@ -110,8 +110,8 @@ def _moved(
                 continue
             seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)
-            values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
-            modes_of = np.full((len(sizes), len(seen.log_omega)), -1)
+            values = seen.over(pairs.references_in(recording, seen.count)).values[pairs.measured[here]]
+            modes_of = np.full((len(sizes), seen.count), -1)
             modes_of[modes.stands] = paired(
                 seen, modes.log_omega[modes.stands], modes.shapes[modes.stands], measured.orders
             )
@@ -126,14 +126,6 @@ def _moved(
 def _with_each(theta: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return theta (parameter,) with each of the sizes (size,) of one candidate more, (size, parameter)."""
     return np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
-
-
-def _references(base: ModalFit, measured: Measured, recording: int) -> np.ndarray:
-    """Return the reference entry of each measured mode of a recording, as its pairs have it."""
-    found = np.zeros(len(measured.recordings[recording].log_omega), dtype=int)
-    here = base.pairs.recording == recording
-    found[base.pairs.measured[here]] = base.pairs.reference[here]
-    return found
 
 
 def _ranked(

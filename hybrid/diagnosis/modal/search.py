@@ -19,9 +19,9 @@ from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.contest.posterior import NOTHING
 from hybrid.diagnosis.modal.claim import Claim, Measured
 from hybrid.diagnosis.modal.config import FIT, SCAN
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
-from hybrid.diagnosis.modal.paired_rows import Inflation
+from hybrid.diagnosis.modal.inflation import Inflation
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map

@@ -15,7 +15,7 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
-from hybrid.diagnosis.modal.errors import SPREADS, ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import Considered, considered_by_modes, considered_laws
@@ -207,7 +207,7 @@ def _calibration(measured: Measured, best: ModalFit) -> tuple[Calibrated, ...]:
     """Return all nominal values with what was stated of them widened by the scales that the modes ask for, as far as
     these may be off: one of them is one of many.
     """
-    spread = np.exp(SPREADS.max()) * best.rows.scales(best.sizes)
+    spread = np.exp(LOG_SPREADS.max()) * best.rows.scales(best.sizes)
     theta = best.theta.copy()
     theta[: best.nuisances] += measured.offset
     return calibration_of(replace(measured.nominal, spread=spread), theta, best.covariance)
@@ -286,7 +286,7 @@ def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
         doubted = [
             np.exp(own.log_omega[mode]) / (2 * np.pi)
             for (where, mode), factors in best.inflation.items()
-            if where == recording and mode in paired and factors[0] > CONCLUSION.doubted_sigma
+            if where == recording and mode in paired and factors.frequency > CONCLUSION.doubted_sigma
         ]
         if doubted:
             listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(doubted))

@@ -18,7 +18,7 @@ from hybrid.diagnosis.discrepancy.recorded_motions import errors_of_state, noise
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
 from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
 from hybrid.diagnosis.modes_and_motion.found import Found, without_recordings
 from hybrid.diagnosis.observed.example import Example

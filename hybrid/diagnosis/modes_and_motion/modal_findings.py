@@ -13,6 +13,7 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.mode_values import FREQUENCY
 from hybrid.diagnosis.modes_and_motion.found import Found
 from hybrid.diagnosis.modes_and_motion.look import surely_off
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
@@ -203,10 +204,10 @@ def _state(measured: Measured, best: ModalFit, group: list[int]) -> State:
         if not here:
             continue
         seen = [(measured.recordings[pairs.recording[n]], int(pairs.measured[n])) for n in here]
-        weight = np.array([1 / own.covariance[k, 0, 0] for own, k in seen])
+        weight = np.array([1 / own.covariance[k, FREQUENCY, FREQUENCY] for own, k in seen])
         weight = weight / weight.sum()
         log = sum(w * own.log_omega[k] for w, (own, k) in zip(weight, seen, strict=True))
-        variance = sum(w**2 * own.covariance[k, 0, 0] for w, (own, k) in zip(weight, seen, strict=True))
+        variance = sum(w**2 * own.covariance[k, FREQUENCY, FREQUENCY] for w, (own, k) in zip(weight, seen, strict=True))
         ratio = sum(w * own.ratios[k] for w, (own, k) in zip(weight, seen, strict=True))
         frequency = float(np.exp(log)) / (2 * np.pi)
         rows.append((frequency, frequency * float(np.sqrt(variance)), float(ratio)))

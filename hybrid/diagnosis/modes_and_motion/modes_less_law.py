@@ -11,6 +11,7 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import without_law
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.mode_values import values_of_modes
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 
@@ -29,7 +30,9 @@ def no_surer(left: MeasuredModes, under: MeasuredModes, orders: IntArray) -> Mea
     for mode in np.flatnonzero(numbers >= 0):
         other, shape, own = numbers[mode], left.shapes[mode], under.shapes[numbers[mode]]
         bent = shape - own * (own.conj() @ shape) / (own.conj() @ own).real  # of the same size and phase
-        moved = [left.log_omega[mode] - under.log_omega[other], left.ratios[mode] - under.ratios[other]]
-        error = LAW_FIT.relative_error * np.concatenate([moved, bent.real, bent.imag])
+        moved = values_of_modes(
+            left.log_omega[mode] - under.log_omega[other], left.ratios[mode] - under.ratios[other], bent
+        )
+        error = LAW_FIT.relative_error * moved
         covariance[mode] += np.diag(error**2)
     return replace(left, covariance=covariance)

@@ -7,8 +7,9 @@ import numpy as np
 from fe_models.modes import mac
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.paired_rows import predicted_of
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
 from hybrid.diagnosis.modal.pairing import displaced
+from hybrid.diagnosis.modal.pairs import predicted_of
 
 
 @dataclass(frozen=True)
@@ -37,7 +38,7 @@ def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[P
         for k in np.argsort(own.log_omega):
             (before, mac_before), (after, mac_after) = (side.get((recording, int(k)), (None, None)) for side in sides)
             frequency = float(np.exp(own.log_omega[k])) / (2 * np.pi)
-            error, ratio_error = (float(np.sqrt(own.covariance[k, i, i])) for i in (0, 1))
+            error, ratio_error = (float(np.sqrt(own.covariance[k, i, i])) for i in (FREQUENCY, RATIO))
             found.append(
                 PairedMode(
                     own.name,

@@ -11,6 +11,7 @@ from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
 from hybrid.diagnosis.modal.search import Search, less_one, probabilities
 
 
@@ -37,6 +38,6 @@ def strayed(own: MeasuredModes, size: float) -> MeasuredModes:
     are known to within the size over their square root.
     """
     covariance, variance = own.covariance.copy(), size**2 * np.maximum(own.ratios, 0.0)
-    for place in range(2):  # log frequency, ratio
+    for place in (FREQUENCY, RATIO):
         covariance[:, place, place] += variance
     return replace(own, covariance=covariance)

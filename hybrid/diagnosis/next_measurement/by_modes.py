@@ -17,8 +17,9 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import QUANTITIES, Sensor
 from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.mode_values import SHAPE, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.next_measurement.hypotheses import rivals_among
 from hybrid.diagnosis.next_measurement.information import Prediction
@@ -122,9 +123,9 @@ def _entries(
         modes = predicted_modes(hypothesis, thetas, outputs, hardly_differ=True)
         if modes is None or modes.roots.shape[1] <= shared.mode[number, here].max():
             return None
-        every = modes.over(shared.mode[number, here], shared.reference[here])  # (variant, pair, 2 + 2 sensor)
-        first = 2 + len(measured.sensors)
-        own = np.stack([every[..., first : first + len(added)], every[..., first + len(sensors) :]], axis=2)
+        every = shapes_in(modes.over(shared.mode[number, here], shared.reference[here]))  # (variant, pair, sensor)
+        own = every[..., len(measured.sensors) :]
+        own = np.stack([own.real, own.imag], axis=2)
         orders = measured.orders[shared.reference[here]]  # a shape is one of displacements, whatever sensors show
         log_omega = modes.log_omega[0, shared.mode[number, here]]
         own = own * np.exp(-log_omega * (QUANTITIES.index(added[0].quantity) - orders))[:, None, None]
@@ -142,9 +143,10 @@ def _noise(measured: Measured, sizes: ErrorSizes, shared: Shared) -> FloatArray:
     own = np.zeros((pairs, 2))
     for row in range(pairs):
         modes = measured.recordings[shared.recording[row]]
-        reference = np.zeros(len(modes.log_omega), dtype=int)
+        reference = np.zeros(modes.count, dtype=int)
         reference[shared.measured[row]] = shared.reference[row]
-        variances = np.diagonal(modes.over(reference)[1][shared.measured[row]])[2:].reshape(2, sensors)
+        covariance = modes.over(reference).covariance[shared.measured[row]]
+        variances = np.diagonal(covariance)[SHAPE].reshape(2, sensors)
         others = np.arange(sensors) != shared.reference[row]  # the reference itself is one, without error
         own[row] = np.median(variances[:, others], axis=1) if others.any() else variances[:, 0]
     own += np.square([sizes.shape_varies, sizes.phase_varies])
