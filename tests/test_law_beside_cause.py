@@ -7,9 +7,10 @@ from fe_models.causes import AddedMass, Cause, CubicSpring, PointDamper
 from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modes_and_motion.modal_findings import as_sure, share_of_two
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
@@ -36,7 +37,7 @@ def test_a_law_and_a_cause_seldom_meet(dataset: Dataset, other: type[Cause], nod
     assert share < 0.2 if meets else share == 1.0
 
 
-def fitted(measured: Measured, own: Candidate) -> ModalFit:
+def fitted(measured: ModalData, own: Candidate) -> ModalFit:
     claim = Claim(measured.null.hypothesis.adding(own), ((0,),))
     theta = np.append(np.zeros(len(measured.nominal.spread)), own.neutral)
     found = fit_claim(measured, claim, theta, ErrorSizes(), 1, errors_too=False)

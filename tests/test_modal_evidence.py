@@ -14,11 +14,12 @@ from fe_models.causes.places import Motion
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import fit_claim
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
@@ -71,13 +72,13 @@ def dataset() -> Dataset:
     return Dataset(chain(), RATE, SENSORS, (Recording("before", still), Recording("after", still)))
 
 
-def measured_of(dataset: Dataset, *recordings: MeasuredModes) -> Measured:
+def measured_of(dataset: Dataset, *recordings: MeasuredModes) -> ModalData:
     """Return the evidence of these modes."""
     nominal = nominal_model_of(dataset).undispersed
-    return Measured(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, recordings)
+    return ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, recordings)
 
 
-def search_of(dataset: Dataset, measured: Measured) -> Search:
+def search_of(dataset: Dataset, measured: ModalData) -> Search:
     """Return the search over all causes."""
     omega, shapes = measured.nominal.modes
     moved = np.random.default_rng(1).standard_normal((50, COUNT))

@@ -15,11 +15,12 @@ from benchmarks.audit.nested import Target
 from benchmarks.audit.ranks import DRAWS, draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_SPREADS, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.inflation import log_prior_in
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, ModeValues, free_values, quantities_of, shapes_in
 from hybrid.diagnosis.modal.paired_rows import log_density_of_unpaired, rows_of, values_of
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
@@ -37,7 +38,7 @@ STARTS = (-0.6, -0.1, 0.1, 0.6)  # prior standard deviations from doing nothing,
 class _Density:
     """The log density of a fit's measured modes and of theta, which its evidence is the integral of."""
 
-    measured: Measured
+    measured: ModalData
     item: ModalFit
 
     @cached_property
@@ -119,31 +120,31 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
     return _ranks(measured, theta, item, draws_of(item.theta, item.covariance, rng))
 
 
-def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, Measured]:
+def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, ModalData]:
     """Return sizes of errors, a hypothesis and its theta from their priors, and what is measured of them."""
     rng, bare = np.random.default_rng(seed), _bare(problem)
     sizes = sizes_of(
         LOG_MEDIANS + LOG_SPREADS * np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS)
     )
-    scales = np.array([getattr(sizes, SCALE_OF[kind]) for kind in bare.kind])
+    scales = np.array([getattr(sizes, SCALE_OF[kind]) for kind in bare.kinds])
     hypothesis, theta = problem.from_prior(rng, seed, scales)
     return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)
 
 
-def _ranks(measured: Measured, theta: FloatArray, item: ModalFit, draws: FloatArray) -> dict[str, list[int]]:
+def _ranks(measured: ModalData, theta: FloatArray, item: ModalFit, draws: FloatArray) -> dict[str, list[int]]:
     if len(item.pairs) < len(RECORDINGS) * COUNT:
         return {}
-    kinds = [*measured.kind, item.claim.hypothesis.candidates[0].kind]
+    kinds = [*measured.kinds, item.claim.hypothesis.candidates[0].kind]
     return ranks_of(kinds, theta, draws)
 
 
-def _bare(problem: Problem) -> Measured:
-    return Measured(problem.nominal, np.zeros(len(problem.nominal.spread)), SENSORS, RATE, ())
+def _bare(problem: Problem) -> ModalData:
+    return ModalData(problem.nominal, np.zeros(len(problem.nominal.spread)), SENSORS, RATE, ())
 
 
 def _measured(
     problem: Problem, hypothesis: Hypothesis, theta: FloatArray, sizes: ErrorSizes, rng: np.random.Generator
-) -> Measured:
+) -> ModalData:
     """Return what is identified of the chain at ``theta`` in each recording: its modes with errors of these ``sizes``,
     alike in all and each one's own, and those of the identification.
     """
@@ -166,7 +167,7 @@ def _measured(
     return replace(bare, recordings=tuple(found))
 
 
-def _fitted(measured: Measured, null: ModalFit, candidate: Candidate, acts: tuple[int, ...]) -> ModalFit | None:
+def _fitted(measured: ModalData, null: ModalFit, candidate: Candidate, acts: tuple[int, ...]) -> ModalFit | None:
     """Return the best fit with a cause, from sizes to either side of nothing."""
     claim = Claim(measured.null.hypothesis.adding(candidate), (acts,))
     starts = [candidate.neutral[0] + share * candidate.width[0] for share in STARTS]
@@ -174,7 +175,7 @@ def _fitted(measured: Measured, null: ModalFit, candidate: Candidate, acts: tupl
     return max((item for item in found if item is not None), key=lambda item: item.evidence, default=None)
 
 
-def _target(measured: Measured, item: ModalFit, odds: float) -> Target:
+def _target(measured: ModalData, item: ModalFit, odds: float) -> Target:
     hypothesis, density = item.claim.hypothesis, _Density(measured, item)
     named = " and ".join(candidate.key for candidate in hypothesis.candidates) or "nothing"
     bounds = hypothesis.lower, hypothesis.upper

@@ -11,10 +11,10 @@ from scipy.linalg import eigh
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of, roots_of
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import SCALE_OF, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, free_values, quantities_of, shape_parts, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
@@ -62,7 +62,7 @@ class Claimed:
     ``reference``: the reference sensor of each mode (mode,), None: where it moves most.
     """
 
-    measured: Measured
+    measured: ModalData
     fit: ModalFit
     step: float
     recordings: tuple[int, ...]
@@ -99,17 +99,17 @@ def expectation_of(claimed: Claimed) -> Expectation | None:
     """
     measured, fit = claimed.measured, claimed.fit
     claim, theta = fit.claim, fit.theta
-    offs = [claim.off(recording) for recording in claimed.recordings]
-    found = {off: _expected(claimed, off) for off in dict.fromkeys(offs)}
-    whole = tuple(item for item in (found[off] for off in offs) if item is not None)
-    if len(whole) < len(offs):
+    idle_in = [claim.idle_in(recording) for recording in claimed.recordings]
+    found = {idle: _expected(claimed, idle) for idle in dict.fromkeys(idle_in)}
+    whole = tuple(item for item in (found[idle] for idle in idle_in) if item is not None)
+    if len(whole) < len(idle_in):
         return None
     least = min(whole, key=lambda item: item.space.count)
     if any(item.space.count > least.space.count for item in whole):  # a support that gives way brings one
         return expectation_of(replace(claimed, reference=least.reference))
     hypothesis, first = claim.hypothesis, fit.nuisances
     own = claimed.sizes or fit.sizes
-    factor = [getattr(own, SCALE_OF[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]
+    factor = [getattr(own, SCALE_OF[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kinds]
     spread = hypothesis.width.copy()
     spread[:first] *= factor
     centre = hypothesis.centre.copy()
@@ -119,11 +119,11 @@ def expectation_of(claimed: Claimed) -> Expectation | None:
     return Expectation(whole, centre - theta, spread, common, vary)
 
 
-def _expected(claimed: Claimed, off: tuple[int, ...]) -> ExpectedModes | None:
-    """Return the modes expected where some candidates are ``off``."""
+def _expected(claimed: Claimed, idle: tuple[int, ...]) -> ExpectedModes | None:
+    """Return the modes expected where some candidates do not act, ``idle``."""
     measured, fit, step = claimed.measured, claimed.fit, claimed.step
     whole, nominal = fit.claim.hypothesis, measured.nominal
-    hypothesis, kept = whole.less(off), whole.parameters_of(off)
+    hypothesis, kept = whole.less(idle), whole.parameters_of(idle)
     theta = fit.theta[kept]
     thetas = np.vstack([theta, theta + np.diag(FIT.difference_step * hypothesis.width)])
     predicted = predicted_modes(hypothesis, thetas, measured.outputs, hardly_differ=True)

@@ -23,7 +23,7 @@ from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, is_followed, response, settled_law
 from hybrid.diagnosis.discrepancy.size import log_prior_of
 from hybrid.diagnosis.discrepancy.tracking import Track
-from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 
@@ -56,7 +56,7 @@ class LawSearch:
         return self.fits[0] if self.fits and float(self.probabilities.sum()) > self.none + self.other else None
 
 
-def search_laws(item: Track, measured: Measured) -> LawSearch:
+def search_laws(item: Track, measured: ModalData) -> LawSearch:
     """Return the force laws that a track's motions ask for."""
     laws = _candidates(item, measured)
     if not laws:
@@ -171,7 +171,7 @@ def share_usual(size: float) -> float:
     return usual / (usual + unknown)
 
 
-def _candidates(item: Track, measured: Measured) -> tuple[LawCandidate, ...]:
+def _candidates(item: Track, measured: ModalData) -> tuple[LawCandidate, ...]:
     """Return all force laws at all places, their priors by the motion as the filter knows it."""
     shapes, n = item.spaces[0].shapes, item.spaces[0].count
     states = np.concatenate([known.states for known in item.found])

@@ -13,13 +13,13 @@ from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, samples_in, shortened
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.recorded.batches import measured_columns
 
 
-def may_have_laws(dataset: Dataset, measured: Measured) -> bool:
+def may_have_laws(dataset: Dataset, measured: ModalData) -> bool:
     """Return whether motion tells force laws: free motion, of one sampling rate, where the structure has none of its
     own.
     """
@@ -29,7 +29,7 @@ def may_have_laws(dataset: Dataset, measured: Measured) -> bool:
 
 
 def laws_in(
-    dataset: Dataset, drawn: tuple[Measured, ModalFit], found: tuple[Measured, ModalFit], best: Track, odds: float
+    dataset: Dataset, drawn: tuple[ModalData, ModalFit], found: tuple[ModalData, ModalFit], best: Track, odds: float
 ) -> LawSearch:
     """Return the force laws in the training recordings.
 
@@ -59,12 +59,12 @@ def laws_in(
     return _beside(best, found[0], samples)
 
 
-def _beside(best: Track, measured: Measured, samples: int) -> LawSearch:
+def _beside(best: Track, measured: ModalData, samples: int) -> LawSearch:
     """Return the laws beside the claim of a track."""
     return replace(_of_all(_searched(best, measured, samples), best), replaces_causes=False)
 
 
-def _alone(laws: LawSearch, bare: Track, measured: Measured, claimed: float) -> LawSearch:
+def _alone(laws: LawSearch, bare: Track, measured: ModalData, claimed: float) -> LawSearch:
     """Return the law that is named beside a claim without that, on a ``bare`` track, where it alone is more probable
     than the claim alone, ``claimed``: under a law modes differ with amplitude, from one recording to the next. Which
     law it is, was told beside the claim: its rivals and probabilities stay those.
@@ -78,7 +78,7 @@ def _alone(laws: LawSearch, bare: Track, measured: Measured, claimed: float) -> 
     return replace(laws, track=bare, nominal=nominal, fits=(alone, *laws.fits[1:]), replaces_causes=True)
 
 
-def _searched(item: Track, measured: Measured, samples: int) -> LawSearch:
+def _searched(item: Track, measured: ModalData, samples: int) -> LawSearch:
     """Return the laws that a track asks for, by the first part of long motions, of so many ``samples`` in all: none
     where the filter sees no discrepancy.
     """

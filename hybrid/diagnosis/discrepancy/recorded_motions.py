@@ -11,9 +11,9 @@ from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, Ex
 from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest
 from hybrid.diagnosis.discrepancy.size import STARTED
 from hybrid.diagnosis.discrepancy.tracking import Track, track
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import SHAPE, free_values
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.parallel import parallel_map
@@ -22,7 +22,7 @@ from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 
 
-def motions_with_noise(dataset: Dataset, measured: Measured) -> list[tuple[int, FloatArray, FloatArray]]:
+def motions_with_noise(dataset: Dataset, measured: ModalData) -> list[tuple[int, FloatArray, FloatArray]]:
     """Return the number of its training recording, the measured channels (time, sensor), and the variance of their
     noise (sensor,), of each motion.
     """
@@ -37,7 +37,7 @@ def motions_with_noise(dataset: Dataset, measured: Measured) -> list[tuple[int, 
     return [found[order] for order in sorted(found)]
 
 
-def noise_in(dataset: Dataset, measured: Measured) -> tuple[FloatArray, NoiseLevels]:
+def noise_in(dataset: Dataset, measured: ModalData) -> tuple[FloatArray, NoiseLevels]:
     """Return the usual noise (sensor,) of the recordings for training, and how it differs between them."""
     rate = dataset.sampling_rate
     band = structure_band(measured.nominal, rate, dataset.lowpass, white=not noise_is_lowpassed(dataset))
@@ -46,7 +46,7 @@ def noise_in(dataset: Dataset, measured: Measured) -> tuple[FloatArray, NoiseLev
     return noise_of_recordings(batches, rate, band) if levels.are_alike else np.exp(levels.usual), levels
 
 
-def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSizes | None = None) -> Track | None:
+def track_of(dataset: Dataset, measured: ModalData, fit: ModalFit, sizes: ErrorSizes | None = None) -> Track | None:
     """Return all motions as a fit's claim expects them, with the most probable discrepancy; see `Claimed`."""
     motions = motions_with_noise(dataset, measured)
     claimed = Claimed(measured, fit, 1 / dataset.sampling_rate, tuple(number for number, _, _ in motions), sizes)
@@ -67,7 +67,7 @@ def track_of(dataset: Dataset, measured: Measured, fit: ModalFit, sizes: ErrorSi
     return track(claimed, expected, known, size)
 
 
-def as_identified(measured: Measured, fit: ModalFit, expected: Expectation) -> Expectation:
+def as_identified(measured: ModalData, fit: ModalFit, expected: Expectation) -> Expectation:
     """Return the modes moved by what any model gets wrong of them, as the modes of all recordings have it."""
     rows = fit.rows
     common, sharing = rows.common(fit.sizes), rows.sharing
@@ -76,7 +76,7 @@ def as_identified(measured: Measured, fit: ModalFit, expected: Expectation) -> E
     return expected.by(_by_value(measured, fit, expected.modes[0], each))
 
 
-def errors_of_state(measured: Measured, fit: ModalFit, modes: ExpectedModes, recordings: Sequence[int]) -> FloatArray:
+def errors_of_state(measured: ModalData, fit: ModalFit, modes: ExpectedModes, recordings: Sequence[int]) -> FloatArray:
     """Return how far the values (value,) of all modes in some ``recordings`` of one state are, on average, from where
     the claim has them beside what is wrong in all.
     """
@@ -84,7 +84,7 @@ def errors_of_state(measured: Measured, fit: ModalFit, modes: ExpectedModes, rec
     return _by_value(measured, fit, modes, own / max(len(recordings), 1))
 
 
-def _by_value(measured: Measured, fit: ModalFit, modes: ExpectedModes, by_row: FloatArray) -> FloatArray:
+def _by_value(measured: ModalData, fit: ModalFit, modes: ExpectedModes, by_row: FloatArray) -> FloatArray:
     """Return the sums of what rows (row,) have of each value (value,) of the ``modes``."""
     rows, free = fit.rows, free_values(fit.pairs.reference, len(measured.sensors))
     place = np.broadcast_to(np.arange(free.shape[1]), free.shape)[free]

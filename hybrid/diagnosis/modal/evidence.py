@@ -12,11 +12,12 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.inflation import Inflation, likeliest_inflation, log_prior_in
 from hybrid.diagnosis.modal.likely_errors import likeliest_sizes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import free_values
 from hybrid.diagnosis.modal.modes_of_claim import predicted_by
 from hybrid.diagnosis.modal.paired_rows import (
@@ -68,7 +69,7 @@ class ModalFit:
 
 
 def fit_claim(
-    measured: Measured,
+    measured: ModalData,
     claim: Claim,
     theta: FloatArray,
     sizes: ErrorSizes,
@@ -116,26 +117,26 @@ def fit_claim(
     return best
 
 
-def refitted_errors(measured: Measured, item: ModalFit, claim: Claim) -> ModalFit:
+def refitted_errors(measured: ModalData, item: ModalFit, claim: Claim) -> ModalFit:
     """Return a fit's theta as one of another ``claim`` with the same causes, the sizes of errors fitted anew."""
     rows = replace(item.rows, changed=np.isin(item.rows.recording, claim.changed))
     sizes = likeliest_sizes(rows, item.residual, item.sizes, FIT.error_iterations)
     return with_errors(measured, replace(item, claim=claim, rows=rows), sizes)
 
 
-def with_errors(measured: Measured, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
+def with_errors(measured: ModalData, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
     """Return a fit as it stands, but with other ``sizes`` of errors."""
     rows, known = item.rows, (item.residual, item.slopes, item.inflation)
     return _at(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
 
 
-def as_drawn(measured: Measured, item: ModalFit) -> ModalFit:
+def as_drawn(measured: ModalData, item: ModalFit) -> ModalFit:
     """Return a fit's claim and theta as those of the structure that was drawn; the rest is as it was."""
     return replace(item, claim=measured.null, theta=-measured.offset)
 
 
 def _at(
-    measured: Measured,
+    measured: ModalData,
     claim: Claim,
     theta: FloatArray,
     sizes: ErrorSizes,
@@ -171,12 +172,12 @@ def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, prior: FloatAr
     """Return the inverse of the posterior covariance of values with these ``slopes``, in units of their ``prior``
     (value,), in which none is too large for another.
     """
-    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kind=())
+    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kinds=())
     whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) * prior
     return np.asarray(whitened.T @ whitened + np.eye(len(prior)))
 
 
-def _beyond(measured: Measured, item: ModalFit) -> float:
+def _beyond(measured: ModalData, item: ModalFit) -> float:
     """Return how much of the evidence is that of nominal values that the linearised modes promise, beyond these: none
     where they fit best.
     """
@@ -186,7 +187,7 @@ def _beyond(measured: Measured, item: ModalFit) -> float:
     return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], scale) @ off)
 
 
-def step_of(measured: Measured, item: ModalFit) -> FloatArray:
+def step_of(measured: ModalData, item: ModalFit) -> FloatArray:
     """Return how far theta (parameter,) is from where the linearised modes fit best within bounds, which are approached
     by a part of the way: the others go where they fit best beside a value that is held back.
     """
@@ -224,7 +225,7 @@ def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> Floa
     return then
 
 
-def misfit_of(measured: Measured, item: ModalFit, known: ModalFit) -> float:
+def misfit_of(measured: ModalData, item: ModalFit, known: ModalFit) -> float:
     """Return the sum of squares of what a fit's theta leaves of the modes that a fit that is ``known`` pairs, in units
     of its errors: of what modes vary by from one recording to the next and what their identification leaves open. Modes
     that the theta itself no longer pairs are off by as much as modes that are none of the structure's.

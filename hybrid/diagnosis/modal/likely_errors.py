@@ -147,5 +147,5 @@ class Likelihood:
             found["change"] = sizes.change**2 * float(np.sum(outer * self._alike * both))
         each = (back @ pulled) ** 2 - (1 - np.diag(back))  # diag(S^T outer S)
         for kind, name in SCALE_OF.items():
-            found[name] = float(sum(value for value, own in zip(each, self.rows.kind, strict=True) if own == kind))
+            found[name] = float(sum(value for value, own in zip(each, self.rows.kinds, strict=True) if own == kind))
         return np.array([found[name] for name in SIZE_NAMES])

@@ -3,23 +3,24 @@
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 
 Predicted = dict[tuple[int, ...], PredictedModes]
 """The modes of a claim, by the numbers of the candidates that do not act."""
 
 
-def predicted_by(measured: Measured, claim: Claim, theta: FloatArray) -> Predicted | None:
+def predicted_by(measured: ModalData, claim: Claim, theta: FloatArray) -> Predicted | None:
     """Return the modes and their slopes, a variant a parameter after the first, by the candidates that do not act."""
     found = {}
-    for off in dict.fromkeys(claim.off(recording) for recording in range(len(measured.recordings))):
-        hypothesis, kept = claim.hypothesis.less(off), claim.hypothesis.parameters_of(off)
+    for idle in dict.fromkeys(claim.idle_in(recording) for recording in range(len(measured.recordings))):
+        hypothesis, kept = claim.hypothesis.less(idle), claim.hypothesis.parameters_of(idle)
         own = theta[kept]
         thetas = np.vstack([own, own + np.diag(FIT.difference_step * hypothesis.width)])
         modes = predicted_modes(hypothesis, thetas, measured.outputs, hardly_differ=True)
         if modes is None or not modes.roots.shape[1]:
             return None
-        found[off] = modes
+        found[idle] = modes
     return found

@@ -3,9 +3,10 @@
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT, UNPAIRED
 from hybrid.diagnosis.modal.inflation import NOT_INFLATED, Inflation
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import (
     FREQUENCY,
     RATIO,
@@ -20,7 +21,7 @@ from hybrid.diagnosis.modal.pairs import Pairs
 from hybrid.diagnosis.modal.rows import Rows
 
 
-def values_of(measured: Measured, pairs: Pairs) -> ModeValues:
+def values_of(measured: ModalData, pairs: Pairs) -> ModeValues:
     """Return what was measured of each pair, over its reference."""
     size = value_count(len(measured.sensors))
     values, covariance = np.zeros((len(pairs), size)), np.zeros((len(pairs), size, size))
@@ -32,7 +33,7 @@ def values_of(measured: Measured, pairs: Pairs) -> ModeValues:
 
 
 def residual_of(
-    measured: Measured,
+    measured: ModalData,
     claim: Claim,
     pairs: Pairs,
     values: FloatArray,
@@ -43,14 +44,14 @@ def residual_of(
     """
     hypothesis = claim.hypothesis
     residual, slopes = np.zeros_like(values), np.zeros((*values.shape, len(hypothesis.centre)))
-    for off, modes in predicted.items():
-        here = np.array([claim.off(recording) == off for recording in pairs.recording], dtype=bool)
+    for idle, modes in predicted.items():
+        here = np.array([claim.idle_in(recording) == idle for recording in pairs.recording], dtype=bool)
         if not here.any():
             continue
-        kept = hypothesis.parameters_of(off)
+        kept = hypothesis.parameters_of(idle)
         every = modes.over(pairs.mode[here], pairs.reference[here])  # (variant, pair, value)
         residual[here] = values[here] - every[0]
-        moved = FIT.difference_step * hypothesis.less(off).width
+        moved = FIT.difference_step * hypothesis.less(idle).width
         own = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
         rows = np.zeros((*own.shape[:2], len(hypothesis.centre)))
         rows[..., kept] = own
@@ -60,7 +61,7 @@ def residual_of(
 
 
 def rows_of(
-    measured: Measured,
+    measured: ModalData,
     claim: Claim,
     pairs: Pairs,
     noise: FloatArray,
@@ -90,7 +91,7 @@ def rows_of(
         whole,
         slopes,
         hypothesis.width[: hypothesis.nuisances],
-        measured.kind,
+        measured.kinds,
         np.isin(recording, claim.changed),
         _by_value(inflation or {}, pairs, free)[free],
     )
@@ -105,7 +106,7 @@ def _by_value(inflation: Inflation, pairs: Pairs, free: BoolArray) -> FloatArray
     return found
 
 
-def log_density_of_unpaired(measured: Measured, pairs: Pairs) -> float:
+def log_density_of_unpaired(measured: ModalData, pairs: Pairs) -> float:
     """Return the log density of the measured modes that no mode of the structure is, and the prior of all."""
     widths = unpaired_widths(quantities_of(len(measured.sensors) - 1))  # the entry of reference is not free
     each = -float(np.sum(np.log(widths))) - 0.5 * len(widths) * float(np.log(2 * np.pi * np.e))

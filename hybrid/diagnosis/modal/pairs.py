@@ -5,8 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import PAIRING
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.modes_of_claim import Predicted, predicted_by
 from hybrid.diagnosis.modal.pairing import displaced, paired
 
@@ -50,11 +51,11 @@ class Pairs:
         return Pairs(self.recording[kept], self.measured[kept], self.mode[kept], self.reference[kept])
 
 
-def pairs_of(measured: Measured, claim: Claim, predicted: Predicted) -> Pairs:
+def pairs_of(measured: ModalData, claim: Claim, predicted: Predicted) -> Pairs:
     """Return which measured mode is which of those predicted."""
     found: list[tuple[int, int, int]] = []
     for recording, own in enumerate(measured.recordings):
-        modes = predicted[claim.off(recording)]
+        modes = predicted[claim.idle_in(recording)]
         mode = paired(own, modes.log_omega[0], modes.shapes[0], measured.orders)
         found += [(recording, int(k), int(mode[k])) for k in np.flatnonzero(mode >= 0)]
     rows = np.array(found, dtype=int).reshape(-1, 3)
@@ -66,7 +67,7 @@ def pairs_of(measured: Measured, claim: Claim, predicted: Predicted) -> Pairs:
     return every.take(_move_at_reference(measured, every))
 
 
-def _move_at_reference(measured: Measured, pairs: Pairs) -> BoolArray:
+def _move_at_reference(measured: ModalData, pairs: Pairs) -> BoolArray:
     """Return of which pairs (pair,) the measured shape moves where shapes are taken over: see `PairingConfig`."""
     found = np.ones(len(pairs), dtype=bool)
     for recording, own in enumerate(measured.recordings):
@@ -77,7 +78,7 @@ def _move_at_reference(measured: Measured, pairs: Pairs) -> BoolArray:
     return found
 
 
-def predicted_of(measured: Measured, claim: Claim, theta: FloatArray) -> tuple[Predicted, Pairs]:
+def predicted_of(measured: ModalData, claim: Claim, theta: FloatArray) -> tuple[Predicted, Pairs]:
     """Return a claim's modes at ``theta`` (parameter,), by the candidates that do not act, and which measured one is
     which of them; none where the structure does not stand.
     """

@@ -16,7 +16,7 @@ class Rows:
     sensor; its ``recording`` (row,).
 
     ``noise`` (row, row): covariance of the identification. ``slopes`` (row, nuisance) by nominal values, ``spread``
-    (nuisance,) their stated standard deviations and ``kind`` (nuisance,) whose scale each has, "" of none. ``changed``
+    (nuisance,) their stated standard deviations and ``kinds`` (nuisance,) whose scale each has, "" of none. ``changed``
     (row,): in which recordings the structure has changed in an unknown way. ``inflation`` (row,): how many times larger
     than it says the error of the identification is, with what differs from one recording to the next (see `inflation`).
     """
@@ -28,7 +28,7 @@ class Rows:
     noise: FloatArray
     slopes: FloatArray
     spread: FloatArray
-    kind: tuple[str, ...]
+    kinds: tuple[str, ...]
     changed: BoolArray
     inflation: FloatArray
 
@@ -41,7 +41,7 @@ class Rows:
 
     def scales(self, sizes: ErrorSizes) -> FloatArray:
         """Return the standard deviation (nuisance,) of each nominal value."""
-        factor = [getattr(sizes, SCALE_OF[kind]) if kind else 1.0 for kind in self.kind]
+        factor = [getattr(sizes, SCALE_OF[kind]) if kind else 1.0 for kind in self.kinds]
         return np.asarray(self.spread * factor)
 
     def covariance(self, sizes: ErrorSizes) -> FloatArray:

@@ -18,9 +18,9 @@ from fe_models.causes.candidate import (
     ModeCandidate,
     SensorCandidate,
 )
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import free_values
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
@@ -46,7 +46,7 @@ def shows_in_modes(candidate: Candidate) -> bool:
 
 
 def scan(
-    measured: Measured,
+    measured: ModalData,
     base: ModalFit,
     candidates: Sequence[Candidate],
     groups: Sequence[Recordings],
@@ -81,7 +81,7 @@ def sizes_of(candidate: Candidate) -> FloatArray:
 
 
 def _moved(
-    measured: Measured,
+    measured: ModalData,
     base: ModalFit,
     candidate: Candidate,
     total: FloatArray,
@@ -99,14 +99,14 @@ def _moved(
     pairs, free = base.pairs, free_values(base.pairs.reference, len(measured.sensors))
     residuals, stands = np.zeros((len(sizes), *free.shape)), np.ones(len(sizes), dtype=bool)
     residuals[:, free] = base.residual - base.rows.slopes @ total
-    for off in dict.fromkeys(claim.off(recording) for recording in shown):
-        hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
+    for idle in dict.fromkeys(claim.idle_in(recording) for recording in shown):
+        hypothesis, kept = with_it.less(idle), claim.hypothesis.parameters_of(idle)
         modes = predicted_modes(hypothesis, _with_each(base.theta[kept], sizes), measured.outputs)
         if modes is None or not modes.roots.shape[1]:
             return None
         stands &= modes.stands
         for recording in shown:
-            if claim.off(recording) != off:
+            if claim.idle_in(recording) != idle:
                 continue
             seen = measured.recordings[recording]
             here = np.flatnonzero(pairs.recording == recording)

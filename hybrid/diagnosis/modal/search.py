@@ -17,11 +17,12 @@ from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.contest.posterior import NOTHING
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT, SCAN
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
 from hybrid.diagnosis.modal.inflation import Inflation
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
@@ -42,12 +43,12 @@ class Start:
 class Search:
     """What is searched: ``candidates`` beside the nominal structure of ``measured``; ``odds`` of each beforehand."""
 
-    measured: Measured
+    measured: ModalData
     candidates: tuple[Candidate, ...]
     odds: Odds
 
     @classmethod
-    def of(cls, measured: Measured, candidates: Sequence[Candidate]) -> "Search":
+    def of(cls, measured: ModalData, candidates: Sequence[Candidate]) -> "Search":
         """Return the search over those ``candidates`` that modes can tell."""
         own = tuple(candidate for candidate in candidates if shows_in_modes(candidate))
         return cls(measured, own, Odds.among(own, 1.0))
@@ -276,7 +277,7 @@ def _start(base: ModalFit, trial: Trial) -> Start:
     return Start(more, np.append(base.theta, trial.size), base.sizes, base.inflation)
 
 
-def less_one(measured: Measured, item: ModalFit) -> list[ModalFit]:
+def less_one(measured: ModalData, item: ModalFit) -> list[ModalFit]:
     """Return the fits of a fit's claim less one of its causes, each in turn."""
     claim = item.claim
     found = [
@@ -299,7 +300,7 @@ def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
     return np.asarray(weights / weights.sum())
 
 
-def null_fit(measured: Measured) -> ModalFit | None:
+def null_fit(measured: ModalData) -> ModalFit | None:
     """Return the fit of the nominal structure, its values as far off as the modes say.
 
     From values as they were drawn, and, where much is left, from others: far off, a measured mode is at first taken for

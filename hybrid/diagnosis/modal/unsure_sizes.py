@@ -9,11 +9,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import UNSURE_SIZES
 from hybrid.diagnosis.modal.error_sizes import LOG_LOWER, LOG_SPREADS, LOG_UPPER, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
+from hybrid.diagnosis.modal.modal_data import ModalData
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,13 +37,13 @@ class OverSizes:
         return np.array(drawn)
 
 
-def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
+def with_unsure_sizes(measured: ModalData, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
     found = over_sizes(measured, item)
     return item if found is None else replace(item, covariance=found.about(item.theta))
 
 
-def over_sizes(measured: Measured, item: ModalFit) -> OverSizes | None:
+def over_sizes(measured: ModalData, item: ModalFit) -> OverSizes | None:
     """Return the posterior of a fit's values over all sizes of errors that they leave open; None where no numbers hold
     these.
     """

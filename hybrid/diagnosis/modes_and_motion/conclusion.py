@@ -13,10 +13,10 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import Considered, considered_by_modes, considered_laws
 from hybrid.diagnosis.modes_and_motion.forecasts import Forecasts, FoundMotion
@@ -119,7 +119,7 @@ class Claims:
     changes of the first one gain, ``gains``, by the number of the candidate: see `gains_of`.
     """
 
-    measured: Measured
+    measured: ModalData
     fits: list[ModalFit]
     probability: FloatArray
     gains: Mapping[int, float] = field(default_factory=dict)
@@ -168,7 +168,7 @@ def _left_in_motion(laws: LawSearch | None, motion: FoundMotion | None) -> Left 
     return Left(laws.track.discrepancy, motion.found.track.discrepancy)
 
 
-def _misfit(measured: Measured, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
+def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
     """Return the misfit of the ``drawn`` structure, and which share of that beyond chance the ``best`` fit leaves."""
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
     beyond = max(misfit_of(measured, best, best) - rows, 0.0)  # of what chance leaves
@@ -190,7 +190,7 @@ def _local(claims: Claims, misfit: float, after: Left | None) -> tuple[Finding, 
 
 
 def _with_law(
-    measured: Measured, best: ModalFit, laws: LawSearch | None, found: Found | None, local: tuple[Finding, ...]
+    measured: ModalData, best: ModalFit, laws: LawSearch | None, found: Found | None, local: tuple[Finding, ...]
 ) -> tuple[tuple[Finding, ...], float, float]:
     """Return the force law that was ``found``, if any, before all other findings; and the probabilities that it and a
     cause at its very place are two, and that what moves in time is on the list.
@@ -203,7 +203,7 @@ def _with_law(
     return (law, *(as_sure(finding, listed) for finding in local)), both, listed
 
 
-def _calibration(measured: Measured, best: ModalFit) -> tuple[Calibrated, ...]:
+def _calibration(measured: ModalData, best: ModalFit) -> tuple[Calibrated, ...]:
     """Return all nominal values with what was stated of them widened by the scales that the modes ask for, as far as
     these may be off: one of them is one of many.
     """
@@ -229,7 +229,7 @@ def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
     return as_sure(finding, 0.5 * (1 + after.usual))
 
 
-def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:
+def _groups_off(measured: ModalData, best: ModalFit) -> tuple[Finding, ...]:
     """Return a finding for each stiffness and mass that is off by more than is normal, and surely so."""
     nominal, found = measured.nominal, []
     errors, total = np.sqrt(np.diag(best.covariance)), best.theta[: best.nuisances] + measured.offset
@@ -246,7 +246,7 @@ def _groups_off(measured: Measured, best: ModalFit) -> tuple[Finding, ...]:
 
 
 def _verdict(
-    measured: Measured,
+    measured: ModalData,
     best: ModalFit,
     findings: tuple[Finding, ...],
     left: float,
@@ -271,7 +271,7 @@ def _verdict(
     return Verdict.EXPLAINED
 
 
-def _notes(measured: Measured, best: ModalFit) -> tuple[str, ...]:
+def _notes(measured: ModalData, best: ModalFit) -> tuple[str, ...]:
     """Return what the user should know: changes without a name, modes that are none of the structure's."""
     notes = []
     if best.claim.changed:

@@ -9,8 +9,9 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
 
 MOST = 12  # hypotheses that are told; all others are less probable
 NOTHING_ELSE, NO_LAW = "no cause, nominal values alone", "no force law"
@@ -28,7 +29,7 @@ class Considered:
 
 
 def considered_by_modes(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray
 ) -> tuple[Considered, ...]:
     """Return the most probable of the ``fits``, and that of nothing wrong; ``probability`` (fit,) of each."""
     order = np.argsort(-probability, kind="stable")
@@ -57,7 +58,7 @@ def _named(candidate: Candidate) -> str:
     return f"{kind_words(candidate.kind)} {at_place(candidate.reported_location)}"
 
 
-def _words(measured: Measured, claim: Claim) -> str:
+def _words(measured: ModalData, claim: Claim) -> str:
     """Return what a claim says, in words."""
     names, told = [own.name for own in measured.recordings], []
     for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):

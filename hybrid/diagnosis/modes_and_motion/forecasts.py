@@ -17,9 +17,9 @@ from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import errors_of_state, noise_in
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modes_and_motion.found import Found, without_recordings
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
@@ -27,7 +27,7 @@ from hybrid.diagnosis.outcome.verdict import MATERIAL, NEAR, WHOLLY
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
-Drawn = tuple[Measured, ModalFit]
+Drawn = tuple[ModalData, ModalFit]
 """What was measured, beside the structure as it was drawn, and a fit of nothing wrong with it."""
 
 NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
@@ -118,7 +118,7 @@ def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | No
     return Forecasts(before, after, each[0].example, each[0].roles)
 
 
-def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace], found: Found) -> Forecasts:
+def _forecasts(dataset: Dataset, measured: ModalData, drawn: Sequence[ModalSpace], found: Found) -> Forecasts:
     """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
     of ``measured``.
     """
@@ -128,7 +128,7 @@ def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace]
     return Forecasts(before.score(test), after.score(test), _example(test[0].take([0]), before, after), roles)
 
 
-def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset, state: int) -> ForecastScore:
+def scored_by(spaces: Sequence[ModalSpace], measured: ModalData, dataset: Dataset, state: int) -> ForecastScore:
     """Return how well modes, one space for each state that a structure may be in, forecast recordings for testing,
     which are known to be of the ``state`` with that number.
     """
@@ -136,7 +136,7 @@ def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset
     return Forecaster.of(spaces, measured.nominal, None, train, roles).of_state(state).score(test)
 
 
-def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:
+def _batches(dataset: Dataset, measured: ModalData) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:
     """Return what recordings show, and those for training and for testing with their noise, all channels of them."""
     own = measured_columns(dataset)
     usual, levels = noise_in(dataset, measured)
@@ -161,11 +161,14 @@ def _spaces(dataset: Dataset, found: Found) -> list[ModalSpace]:
     claim, settled = found.fit.claim, found.track.discrepancy.whole <= SETTLING.most_whole
     states: dict[tuple[int, ...], ExpectedModes] = {}
     for number, own in zip(numbers, found.track.expected.modes, strict=True):
-        states.setdefault(claim.off(number), own)
+        states.setdefault(claim.idle_in(number), own)
     if settled or found.law is not None:
         return [own.space for own in states.values()]
-    each = {off: [number for number in dict.fromkeys(numbers) if claim.off(number) == off] for off in states}
-    return [own.by(errors_of_state(found.measured, found.fit, own, each[off])).space for off, own in states.items()]
+    every = list(dict.fromkeys(numbers))
+    return [
+        own.by(errors_of_state(found.measured, found.fit, own, [k for k in every if claim.idle_in(k) == idle])).space
+        for idle, own in states.items()
+    ]
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:

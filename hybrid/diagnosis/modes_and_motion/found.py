@@ -11,21 +11,21 @@ from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.settling import settled
 from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.fitting.config import FORECAST
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
 
 
 @dataclass(frozen=True, eq=False)
 class Found:
     """A ``track`` of the recordings for training by the claim of a ``fit``, and the force ``law`` in it, if any."""
 
-    measured: Measured
+    measured: ModalData
     fit: ModalFit
     track: Track
     law: LawFit | None
 
 
-def found_by_modes(dataset: Dataset, measured: Measured, best: ModalFit) -> Found | None:
+def found_by_modes(dataset: Dataset, measured: ModalData, best: ModalFit) -> Found | None:
     """Return the motion by the ``best`` claim alone; None where that has no modes."""
     item = _settled_track(dataset, measured, best)
     return None if item is None else Found(measured, best, item, None)
@@ -36,7 +36,7 @@ def found_beside(known: Found, laws: LawSearch) -> Found:
     return known if laws.named is None else replace(known, track=laws.named.track, law=laws.named)
 
 
-def found_instead(dataset: Dataset, measured: Measured, best: ModalFit, law: LawFit) -> Found | None:
+def found_instead(dataset: Dataset, measured: ModalData, best: ModalFit, law: LawFit) -> Found | None:
     """Return the motion with a ``law`` that was sought in the place of all causes, fitted anew beside the ``best``
     claim of the modes without it; None where that has no modes.
     """
@@ -78,7 +78,7 @@ def kept_for_testing(dataset: Dataset, left_out: Sequence[int]) -> Dataset:
     return replace(dataset, recordings=tuple(replace(r, role="test") if n in left_out else r for n, r in train))
 
 
-def _settled_track(dataset: Dataset, measured: Measured, fit: ModalFit) -> Track | None:
+def _settled_track(dataset: Dataset, measured: ModalData, fit: ModalFit) -> Track | None:
     """Return the motion by a claim, its modes moved to where the recordings have them: not where it strays from any,
     so that its phases say less of them than identification does.
     """

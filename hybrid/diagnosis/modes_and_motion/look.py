@@ -12,9 +12,9 @@ from fe_models.arrays import TINY, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import DOOR, THREADS
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.search import Search, null_fit
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
@@ -29,7 +29,7 @@ class Look:
     """
 
     dataset: Dataset
-    measured: Measured
+    measured: ModalData
     drawn: ModalFit
     identified: Mapping[str, Identification]
 
@@ -71,7 +71,7 @@ def look_at(dataset: Dataset, tell: Callable[[str], object]) -> Look:
     return Look(dataset, measured, drawn, identified)
 
 
-def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:
+def rebased(dataset: Dataset, measured: ModalData, null: ModalFit) -> tuple[ModalData, ModalFit]:
     """Return what was measured beside the structure with its parts as the null fit has them, and that fit anew.
 
     Modes of the drawn structure are a poor basis for those of one that is off by a fifth.
@@ -106,7 +106,7 @@ def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> Floa
     return found
 
 
-def surely_off(measured: Measured, fit: ModalFit) -> dict[int, float]:
+def surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
     """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each, by
     its own uncertainty.
     """

@@ -21,8 +21,8 @@ from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, share_usual
 from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
 from hybrid.diagnosis.modes_and_motion.change_gains import gains_of
 from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, concluded
@@ -118,7 +118,7 @@ class _Searched:
     nothing wrong; the kinds of force ``laws`` that the structure may have.
     """
 
-    measured: Measured
+    measured: ModalData
     null: ModalFit
     search: Search
     fits: list[ModalFit]
@@ -134,7 +134,7 @@ class _Searched:
         return Claims(self.measured, self.fits, probabilities(self.search, self.fits))
 
 
-def _of(measured: Measured, null: ModalFit) -> _Searched:
+def _of(measured: ModalData, null: ModalFit) -> _Searched:
     """Return the search for causes that modes tell, before it is made."""
     candidates = _candidates(measured)
     laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
@@ -187,7 +187,7 @@ def _beside_unknown(
     return claims, laws, motion if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
 
 
-def _candidates(measured: Measured) -> tuple[Candidate, ...]:
+def _candidates(measured: ModalData) -> tuple[Candidate, ...]:
     """Return all causes at all places, their priors by a motion in which each mode has as much energy as any other."""
     nominal = measured.nominal
     omega, shapes = nominal.modes

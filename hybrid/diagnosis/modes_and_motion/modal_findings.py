@@ -10,9 +10,9 @@ from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import ChangeCandidate, LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY
 from hybrid.diagnosis.modes_and_motion.found import Found
 from hybrid.diagnosis.modes_and_motion.look import surely_off
@@ -44,7 +44,7 @@ class State:
 
 
 def findings_of(
-    measured: Measured,
+    measured: ModalData,
     fits: Sequence[ModalFit],
     probability: FloatArray,
     nominal_misfit: float,
@@ -71,7 +71,7 @@ def by_importance(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: -finding.explains * finding.probability))
 
 
-def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
+def law_finding(measured: ModalData, laws: LawSearch, found: Found) -> Finding:
     """Return the force law that was ``found``, with the laws that may act in its place."""
     others, best = laws.fits[1:], found.law or laws.fits[0]
     cause, deviations = built(best.candidate, best.theta, np.sqrt(np.diag(best.covariance)))
@@ -91,7 +91,7 @@ def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 
-def share_of_two(measured: Measured, best: ModalFit, law: LawCandidate) -> float:
+def share_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -> float:
     """Return how probable it is that a law and a cause of a fit at its very place are two, and not one that is not on
     the list, which both resemble: by chance they seldom meet. One where none is there.
     """
@@ -126,7 +126,7 @@ def _without(item: ModalFit, number: int) -> ModalFit:
 
 
 def _finding(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
 ) -> Finding:
     best = fits[0]
     hypothesis, acts = best.claim.hypothesis, best.claim.acts[number]
@@ -141,7 +141,7 @@ def _finding(
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
 
-def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) -> bool:
+def _says_so(measured: ModalData, item: ModalFit, best: ModalFit, number: int) -> bool:
     """Return whether a fit without a cause of the ``best`` says the same by a nominal value, to the same side: that of
     a single element alone, too.
     """
@@ -158,7 +158,7 @@ def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) ->
 
 
 def _rivals(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, number: int
 ) -> tuple[float, tuple[Alternative, ...]]:
     """Return how probable candidate ``number`` of the best fit is, and what may stand in its place."""
     best = fits[0]
@@ -189,15 +189,15 @@ def _rivals(
     return float(named), (*sorted(listed, key=lambda item: -item.probability), *remainders)
 
 
-def states_of(measured: Measured, best: ModalFit) -> tuple[State, ...]:
+def states_of(measured: ModalData, best: ModalFit) -> tuple[State, ...]:
     """Return the groups of recordings that the best claim distinguishes, with the modes of each."""
     groups: dict[tuple[tuple[int, ...], bool], list[int]] = {}
     for recording in range(len(measured.recordings)):
-        groups.setdefault((best.claim.off(recording), recording in best.claim.changed), []).append(recording)
+        groups.setdefault((best.claim.idle_in(recording), recording in best.claim.changed), []).append(recording)
     return tuple(_state(measured, best, group) for group in groups.values())
 
 
-def _state(measured: Measured, best: ModalFit, group: list[int]) -> State:
+def _state(measured: ModalData, best: ModalFit, group: list[int]) -> State:
     pairs, rows = best.pairs, []
     for mode in sorted(set(pairs.mode.tolist())):
         here = [n for n in np.flatnonzero(pairs.mode == mode) if pairs.recording[n] in group]

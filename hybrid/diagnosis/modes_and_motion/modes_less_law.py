@@ -9,14 +9,14 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import without_law
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import values_of_modes
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 
 
-def measured_less_law(dataset: Dataset, laws: LawSearch, under: Measured) -> Measured:
+def measured_less_law(dataset: Dataset, laws: LawSearch, under: ModalData) -> ModalData:
     """Return what was measured of the structure without the law that is named; ``under``: with it."""
     linear, _ = measured_in(without_law(dataset, laws), lambda _: None)
     known = {own.name: own for own in under.recordings}

@@ -7,16 +7,16 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.size import Discrepancy
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
 from hybrid.diagnosis.modal.search import Search, less_one, probabilities
 
 
 def ranked_beside(
-    left: Discrepancy, measured: Measured, search: Search, fits: Sequence[ModalFit]
+    left: Discrepancy, measured: ModalData, search: Search, fits: Sequence[ModalFit]
 ) -> tuple[list[ModalFit], FloatArray]:
     """Return the best of the ``fits``, and those less one of the first's causes, most probable first, and how probable
     each claim is (fit,) where modes are as sure as motions tell them with a discrepancy that is ``left``.

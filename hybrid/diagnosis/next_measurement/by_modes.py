@@ -15,10 +15,10 @@ from scipy.linalg import solve_triangular
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import QUANTITIES, Sensor
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import SHAPE, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.next_measurement.hypotheses import rivals_among
@@ -69,7 +69,7 @@ class Shared:
 
 
 def next_by_modes(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, present: tuple[Sensor, ...]
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, present: tuple[Sensor, ...]
 ) -> NextMeasurement | None:
     """Return what to measure next to tell claims apart, by their ``fits``, best first, and their ``probability``; None
     where the best one has no rival. ``present``: all sensors, also those that are never fitted.
@@ -94,7 +94,7 @@ def next_by_modes(
     return recommended(rivals, predicted, SENSORS)
 
 
-def _offered(measured: Measured, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
+def _offered(measured: ModalData, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
     """Return a sensor for each translation that has none, of what most of the present ones sense: of a mode's shape all
     quantities show the same.
     """
@@ -106,7 +106,7 @@ def _offered(measured: Measured, present: tuple[Sensor, ...]) -> tuple[Sensor, .
 
 
 def _entries(
-    measured: Measured, fit: ModalFit, added: tuple[Sensor, ...], shared: Shared, number: int
+    measured: ModalData, fit: ModalFit, added: tuple[Sensor, ...], shared: Shared, number: int
 ) -> Entries | None:
     """Return what claim ``number`` expects of ``added`` sensors; None where its structure does not stand."""
     sensors = (*measured.sensors, *added)
@@ -115,9 +115,9 @@ def _entries(
     root = turns * np.sqrt(np.maximum(squares, 0.0))
     mean = np.zeros((len(shared.recording), 2, len(added)))
     spread = np.zeros((*mean.shape, root.shape[1]))
-    for off in dict.fromkeys(fit.claim.off(int(recording)) for recording in shared.recording):
-        here = np.array([fit.claim.off(int(recording)) == off for recording in shared.recording], dtype=bool)
-        hypothesis, kept = fit.claim.hypothesis.less(off), fit.claim.hypothesis.parameters_of(off)
+    for idle in dict.fromkeys(fit.claim.idle_in(int(recording)) for recording in shared.recording):
+        here = np.array([fit.claim.idle_in(int(recording)) == idle for recording in shared.recording], dtype=bool)
+        hypothesis, kept = fit.claim.hypothesis.less(idle), fit.claim.hypothesis.parameters_of(idle)
         steps = FIT.difference_step * hypothesis.width
         thetas = np.vstack([fit.theta[kept], fit.theta[kept] + np.diag(steps)])
         modes = predicted_modes(hypothesis, thetas, outputs, hardly_differ=True)
@@ -135,7 +135,7 @@ def _entries(
     return Entries(mean, spread)
 
 
-def _noise(measured: Measured, sizes: ErrorSizes, shared: Shared) -> FloatArray:
+def _noise(measured: ModalData, sizes: ErrorSizes, shared: Shared) -> FloatArray:
     """Return the covariance (pair times 2, same) of Re and Im of a further entry: of errors that a mode's entry has in
     all recordings, and of those in each.
     """
