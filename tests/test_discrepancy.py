@@ -13,10 +13,10 @@ from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, slopes_over_time
 from hybrid.diagnosis.discrepancy.kalman import filtered, unexpected
 from hybrid.diagnosis.discrepancy.law_forces import DirectForce
-from hybrid.diagnosis.discrepancy.law_search import share_right, share_usual
 from hybrid.diagnosis.discrepancy.linearisation import linear, linearised
 from hybrid.diagnosis.discrepancy.marginal import Marginal
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
+from hybrid.diagnosis.discrepancy.size import right_law_probability, usual_probability
 
 STEP = 0.05
 RNG = np.random.default_rng(5)
@@ -196,7 +196,7 @@ def test_amplitude_makes_the_motion() -> None:
 
 def test_law_that_leaves_what_right_models_leave_is_right() -> None:
     usual = DISCREPANCY.usual_size
-    assert share_right(50 * usual, usual) > 0.99
-    assert share_right(50 * usual, 40 * usual) < 0.1
-    assert share_usual(usual / 10) == 1.0
-    assert share_usual(50 * usual) < 0.05
+    assert right_law_probability(50 * usual, usual) > 0.99
+    assert right_law_probability(50 * usual, 40 * usual) < 0.1
+    assert usual_probability(usual / 10) == 1.0
+    assert usual_probability(50 * usual) < 0.05

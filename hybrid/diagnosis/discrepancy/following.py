@@ -1,7 +1,7 @@
 """A recording followed by a filter that knows a structure's modes, and the discrepancy with which it does best."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -68,26 +68,32 @@ def filtered_by(space: ModalSpace, own: Followed, discrepancy: Discrepancy) -> F
     return filtered(motion, own.data, noise, pushes, variances, space.step)
 
 
-def likeliest(
+def likeliest_discrepancy(
     motions: Sequence[tuple[ModalSpace, Followed]], start: Discrepancy, factors: Sequence[float]
 ) -> Discrepancy:
     """Return the discrepancy that is most probable in ``motions`` with their modes, from a ``start``: either part is
     changed by the ``factors``, the largest first, as long as it is better for it.
     """
-    known: dict[Discrepancy, float] = {}
-
-    def density(of: Discrepancy) -> float:
-        if of not in known:
-            found = parallel_map(lambda pair: filtered_by(*pair, of).log_density, motions)
-            known[of] = sum(found) + of.log_prior
-        return known[of]
-
-    best = start
+    best, known = start, _LogPosteriors(motions)
     for factor in factors:
         moved = True
         while moved:
             moved = False
             for change in ((factor, 1.0), (1 / factor, 1.0), (1.0, factor), (1.0, 1 / factor)):
-                while density(then := best.times(*change)) > density(best):
+                while known.of(then := best.times(*change)) > known.of(best):
                     best, moved = then, True
     return best
+
+
+@dataclass(frozen=True, eq=False)
+class _LogPosteriors:
+    """The log posterior of discrepancies in ``motions`` with their modes, each computed once."""
+
+    motions: Sequence[tuple[ModalSpace, Followed]]
+    known: dict[Discrepancy, float] = field(default_factory=dict)
+
+    def of(self, discrepancy: Discrepancy) -> float:
+        if discrepancy not in self.known:
+            found = parallel_map(lambda pair: filtered_by(*pair, discrepancy).log_density, self.motions)
+            self.known[discrepancy] = sum(found) + discrepancy.log_prior
+        return self.known[discrepancy]

@@ -9,14 +9,14 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest
+from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest_discrepancy
 from hybrid.diagnosis.discrepancy.kalman import Filtered
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, force_along
 from hybrid.diagnosis.discrepancy.law_forces import RememberedForce
 from hybrid.diagnosis.discrepancy.linearisation import linearised
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
 from hybrid.diagnosis.discrepancy.remembered_motion import moved_on
-from hybrid.diagnosis.discrepancy.size import STARTED, Discrepancy
+from hybrid.diagnosis.discrepancy.size import START, Discrepancy
 from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.fitting.forecast_score import (
     ForecastScore,
@@ -63,7 +63,7 @@ class Forecaster:
         """
         systems = tuple(system_of_modes(space, nominal, roles, law) for space in spaces)
         spreads = tuple(_spread_of(system, train, roles) for system in systems)
-        loose = cls(tuple(spaces), systems, spreads, STARTED, roles)
+        loose = cls(tuple(spaces), systems, spreads, START, roles)
         acting = None if law is None else force_along(nominal, law.candidate, law.theta)
         if law is not None and isinstance(acting, RememberedForce):
             return replace(loose, remembered=acting, discrepancy=law.track.discrepancy)
@@ -71,7 +71,7 @@ class Forecaster:
             return loose
         known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
         motions = [(item.space, item.motion) for item in known]
-        return replace(loose, discrepancy=likeliest(motions, STARTED, DISCREPANCY.factors))
+        return replace(loose, discrepancy=likeliest_discrepancy(motions, START, DISCREPANCY.factors))
 
     def of_state(self, number: int) -> "Forecaster":
         """Return the forecaster of recordings that are known to be of one state, by its number."""
@@ -95,7 +95,7 @@ class Forecaster:
             return 0
         found = []
         for space, motion in zip(self.spaces, motions, strict=True):
-            own = likeliest([(space, motion)], self.discrepancy, DISCREPANCY.factors)
+            own = likeliest_discrepancy([(space, motion)], self.discrepancy, DISCREPANCY.factors)
             found.append(filtered_by(space, motion, own).log_density + own.log_prior)
         return int(np.argmax(found))
 

@@ -8,7 +8,6 @@ energy may be any share.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import exp
 
 import numpy as np
 
@@ -19,15 +18,13 @@ from fe_models.causes.places import Motion
 from fe_models.causes.searched import candidates_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.posterior import NOTHING
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
+from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, best_theta, fit_law, is_followed, response, settled_law
-from hybrid.diagnosis.discrepancy.size import log_prior_of
+from hybrid.diagnosis.discrepancy.size import right_law_probability
 from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
-
-EVEN = 0.5  # of two probabilities
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,8 +97,7 @@ def search_laws(item: Track, measured: ModalData) -> LawSearch:
 
 def _is_beaten(fit: LawFit, best: LawFit) -> bool:
     """Return whether a law leaves more than a right model does where the best leaves no more."""
-    own, least = (share_usual(item.track.discrepancy.whole) for item in (fit, best))
-    return own < EVEN <= least
+    return best.track.discrepancy.is_usual and not fit.track.discrepancy.is_usual
 
 
 def _unlike(item: Track, laws: Sequence[LawCandidate]) -> list[LawCandidate]:
@@ -140,35 +136,13 @@ def _concluded(item: Track, nominal: NominalModel, fits: Sequence[LawFit], odds:
     every = np.append(scores[order], item.evidence + np.log(NOTHING))
     weights = np.exp(every - every.max())
     weights /= weights.sum()
-    right = np.array([share_right(item.discrepancy.whole, fits[number].track.discrepancy.whole) for number in order])
+    before, after = item.discrepancy.whole, [fits[number].track.discrepancy.whole for number in order]
+    right = np.array([right_law_probability(before, own) for own in after])
     found = weights[:-1] * right
-    usual, rest = share_usual(item.discrepancy.whole), float(weights[:-1].sum() - found.sum())
+    usual, rest = item.discrepancy.usual_probability, float(weights[:-1].sum() - found.sum())
     none, other = float(weights[-1]) + usual * rest, (1 - usual) * rest
     first = np.argsort(-found, kind="stable")
     return LawSearch(item, nominal, tuple(fits[number] for number in order[first]), found[first], none, other)
-
-
-def share_right(before: float, after: float) -> float:
-    """Return how probable it is that a law is the right one, as it changes the discrepancy's size from ``before`` to
-    ``after``, rather than one that resembles another.
-
-    That of a right model has a log-normal distribution; a law like another leaves any share of the energy: a share
-    (after / before)^2 that is uniform has the density 2 (after / before)^2 over the logarithm of the size.
-    """
-    alike = DISCREPANCY.odds_off_list * 2 * min(after / before, 1.0) ** 2
-    right = exp(log_prior_of(after))
-    return right / (right + alike)
-
-
-def share_usual(size: float) -> float:
-    """Return how probable it is that a discrepancy is that of a right model, rather than of something unknown: that has
-    any size beyond the usual one, up to the whole motion.
-    """
-    if size <= DISCREPANCY.usual_size:
-        return 1.0
-    unknown = DISCREPANCY.odds_unknown / -float(np.log(DISCREPANCY.usual_size))
-    usual = exp(log_prior_of(size))
-    return usual / (usual + unknown)
 
 
 def _candidates(item: Track, measured: ModalData) -> tuple[LawCandidate, ...]:

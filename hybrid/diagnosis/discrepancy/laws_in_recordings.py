@@ -1,17 +1,16 @@
 """Force laws in the recordings of a dataset: searched for once modes were asked for causes, and taken away."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, LAW_FIT
+from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import fit_law, force_along, settled_law
-from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, search_laws, share_usual
+from hybrid.diagnosis.discrepancy.law_search import LawSearch, search_laws
 from hybrid.diagnosis.discrepancy.linearisation import pushed_by
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
-from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, samples_in, shortened
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
@@ -40,7 +39,7 @@ def laws_in(
     """
     samples = samples_in(best, LAW_FIT.most_values)
     claim, every = best.claimed.fit.claim, set(range(len(found[0].recordings)))
-    if claim.hypothesis.candidates and best.discrepancy.whole <= DISCREPANCY.usual_size:
+    if claim.hypothesis.candidates and best.discrepancy.is_small:
         return _beside(best, found[0], samples)
     measured, fit = drawn
     bare = [
@@ -83,7 +82,7 @@ def _searched(item: Track, measured: ModalData, samples: int) -> LawSearch:
     where the filter sees no discrepancy.
     """
     short = shortened(item, samples)
-    if item.discrepancy.whole <= DISCREPANCY.usual_size:
+    if item.discrepancy.is_small:
         return LawSearch(short, measured.nominal, (), np.zeros(0), 1.0, 0.0)
     return search_laws(short, measured)
 
@@ -123,26 +122,3 @@ def without_law(dataset: Dataset, laws: LawSearch) -> Dataset:
         return replace(recording, data=data)
 
     return replace(dataset, recordings=tuple(less(recording) for recording in dataset.recordings))
-
-
-@dataclass(frozen=True)
-class Left:
-    """The discrepancy over the motion, ``before`` a law is named and ``after``."""
-
-    before: Discrepancy
-    after: Discrepancy
-
-    @property
-    def usual(self) -> float:
-        """The probability that what is left is what any right model leaves."""
-        return share_usual(self.after.whole)
-
-    @property
-    def is_usual(self) -> bool:
-        """Whether it is that rather than not."""
-        return self.usual >= EVEN
-
-    @property
-    def share(self) -> float:
-        """The share of the discrepancy's energy that is left."""
-        return float(np.clip((self.after.whole / self.before.whole) ** 2, 0.0, 1.0))

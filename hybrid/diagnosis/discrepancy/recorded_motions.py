@@ -8,8 +8,8 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, ExpectedModes, expectation_of
-from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest
-from hybrid.diagnosis.discrepancy.size import STARTED
+from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest_discrepancy
+from hybrid.diagnosis.discrepancy.size import START
 from hybrid.diagnosis.discrepancy.tracking import Track, track
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -63,7 +63,7 @@ def track_of(dataset: Dataset, measured: ModalData, fit: ModalFit, sizes: ErrorS
 
     known = parallel_map(follow, list(zip(expected.modes, motions, strict=True)))
     spaces = [modes.space for modes in expected.modes]
-    size = likeliest(list(zip(spaces, known, strict=True)), STARTED, DISCREPANCY.factors)
+    size = likeliest_discrepancy(list(zip(spaces, known, strict=True)), START, DISCREPANCY.factors)
     return track(claimed, expected, known, size)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from hybrid.diagnosis.discrepancy.config import SETTLING
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, expectation_of
-from hybrid.diagnosis.discrepancy.following import likeliest
+from hybrid.diagnosis.discrepancy.following import likeliest_discrepancy
 from hybrid.diagnosis.discrepancy.law_forces import LawForce
 from hybrid.diagnosis.discrepancy.linearisation import linearised
 from hybrid.diagnosis.discrepancy.tracking import Track, track
@@ -65,4 +65,4 @@ def _followed_by(item: Track, claimed: Claimed, expected: Expectation, laws: Seq
         for own, modes, known in zip(item.followed, expected.modes, item.found, strict=True)
     ]
     pairs = list(zip((modes.space for modes in expected.modes), motions, strict=True))
-    return track(claimed, expected, motions, likeliest(pairs, item.discrepancy, SETTLING.factors))
+    return track(claimed, expected, motions, likeliest_discrepancy(pairs, item.discrepancy, SETTLING.factors))

@@ -12,7 +12,7 @@ from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.discrepancy.laws_in_recordings import Left
+from hybrid.diagnosis.discrepancy.size import Discrepancy, RemainingDiscrepancy
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
@@ -135,19 +135,19 @@ def concluded(
     claims = replace(claims, fits=[with_unsure_sizes(measured, claims.fits[0]), *claims.fits[1:]])
     fits, best = claims.fits, claims.fits[0]
     found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
-    drawn, after = as_drawn(measured, best), _left_in_motion(laws, motion)
+    drawn, remaining = as_drawn(measured, best), _remaining(laws, motion)
     before, left = _misfit(measured, drawn, best, forecasts)
-    local, both, listed = _with_law(measured, best, laws, found, _local(claims, before, after))
+    local, both, listed = _with_law(measured, best, laws, found, _local(claims, before, remaining))
     groups = _groups_off(measured, best)
     return ModalDiagnosis(
-        verdict=_verdict(measured, best, (*local, *groups), left, after, listed),
+        verdict=_verdict(measured, best, (*local, *groups), left, remaining, listed),
         findings=(*local, *groups),
         calibration=_calibration(measured, best),
         unexplained=left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
         extended=_extended(measured.nominal, best.theta[: best.nuisances], local),
-        notes=(*_notes(measured, best), *_notes_on_motion(laws, after), *[TWO_AT_ONE_PLACE] * (both < 1)),
+        notes=(*_notes(measured, best), *_notes_on_motion(laws, remaining), *[TWO_AT_ONE_PLACE] * (both < 1)),
         seconds=0.0,
         has_motion=motion is not None,
         forecasts=forecasts,
@@ -155,17 +155,17 @@ def concluded(
         next_measurement=next_by_modes(measured, fits, probability, present),
         considered=considered_by_modes(measured, fits, probability),
         considered_laws=() if laws is None else considered_laws(laws),
-        strays=after is not None and not after.is_usual,
+        strays=remaining is not None and not remaining.after.is_usual,
     )
 
 
-def _left_in_motion(laws: LawSearch | None, motion: FoundMotion | None) -> Left | None:
+def _remaining(laws: LawSearch | None, motion: FoundMotion | None) -> RemainingDiscrepancy | None:
     """Return what is left of the motion beside the law that was found, if any; None where no laws were looked for, or
     where forecasts reach the noise, so that it is of no consequence.
     """
     if laws is None or motion is None or (motion.forecasts is not None and motion.forecasts.reach_noise):
         return None
-    return Left(laws.track.discrepancy, motion.found.track.discrepancy)
+    return RemainingDiscrepancy(laws.track.discrepancy, motion.found.track.discrepancy)
 
 
 def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
@@ -178,15 +178,15 @@ def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: For
     return before, left
 
 
-def _local(claims: Claims, misfit: float, after: Left | None) -> tuple[Finding, ...]:
+def _local(claims: Claims, misfit: float, remaining: RemainingDiscrepancy | None) -> tuple[Finding, ...]:
     """Return the causes of the best claim, each as sure as it may be beside what is left of the motion; ``misfit`` of
     the drawn structure.
     """
     measured = claims.measured
     found = findings_of(measured, claims.fits, claims.probability, misfit, claims.gains)
-    if after is None:
+    if remaining is None:
         return found
-    return by_importance([_beside_unknown(finding, after, len(measured.recordings)) for finding in found])
+    return by_importance([_beside_unknown(finding, remaining.after, len(measured.recordings)) for finding in found])
 
 
 def _with_law(
@@ -220,13 +220,13 @@ def _extended(nominal: NominalModel, theta: FloatArray, local: tuple[Finding, ..
     return extended_structure(nominal, theta, local)
 
 
-def _beside_unknown(finding: Finding, after: Left, recordings: int) -> Finding:
+def _beside_unknown(finding: Finding, left: Discrepancy, recordings: int) -> Finding:
     """Return a finding as sure as it may be where something that nobody knows changes all recordings, too: that moves
     modes as well, and whether it or the finding does is even. What differs between recordings it does not explain.
     """
     if len(set(finding.recordings)) < recordings:
         return finding
-    return as_sure(finding, 0.5 * (1 + after.usual))
+    return as_sure(finding, 0.5 * (1 + left.usual_probability))
 
 
 def _groups_off(measured: ModalData, best: ModalFit) -> tuple[Finding, ...]:
@@ -250,21 +250,22 @@ def _verdict(
     best: ModalFit,
     findings: tuple[Finding, ...],
     left: float,
-    after: Left | None,
+    remaining: RemainingDiscrepancy | None,
     listed: float,
 ) -> Verdict:
-    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is left
-    of the motion ``after`` all, which no law on the list explains where it is more than usual; by whether what moves in
+    """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is
+    ``remaining`` of the motion, which no law on the list explains where it is more than usual; by whether what moves in
     time is surely one that is ``listed``. Of a structure that has few of the measured modes nobody says it is right.
     """
     unusual = best.sizes.frequency > CONCLUSION.worth_a_note * ErrorSizes().frequency
     unusual |= len(best.pairs) < CONCLUSION.min_paired * measured.modes
-    strange = best.claim.changed or unusual or (after is not None and not after.is_usual)
+    strays = remaining is not None and not remaining.after.is_usual
+    strange = best.claim.changed or unusual or strays
     if not findings:
         return Verdict.UNEXPLAINED if strange else Verdict.NOTHING_WRONG
-    if after is not None and not after.is_usual and after.share > CONCLUSION.max_left_of_part:
+    if remaining is not None and strays and remaining.share > CONCLUSION.max_left_of_part:
         return Verdict.UNEXPLAINED if left > CONCLUSION.max_left_of_part else Verdict.PARTLY_EXPLAINED
-    if after is not None and not after.is_usual:
+    if strays:
         return Verdict.PARTLY_EXPLAINED
     if best.claim.changed or left > CONCLUSION.max_left_of_explained or listed < CONCLUSION.min_probability:
         return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
@@ -297,11 +298,11 @@ def _notes(measured: ModalData, best: ModalFit) -> tuple[str, ...]:
     return tuple(notes)
 
 
-def _notes_on_motion(laws: LawSearch | None, after: Left | None) -> tuple[str, ...]:
+def _notes_on_motion(laws: LawSearch | None, remaining: RemainingDiscrepancy | None) -> tuple[str, ...]:
     """Return what the user should know of how the motion differs from what structure and causes do by themselves."""
-    if laws is None or after is None or after.is_usual:
+    if laws is None or remaining is None or remaining.after.is_usual:
         return ()
-    about = CHANGES_WITH_TIME.format(**vars(after.after))
+    about = CHANGES_WITH_TIME.format(**vars(remaining.after))
     rivals = [fit.candidate for fit, own in zip(laws.fits, laws.probabilities, strict=True) if own >= MENTIONED]
     if laws.named is None and rivals:
         about += f"; {rivals[0].kind.replace('_', ' ')} {at_place(rivals[0].reported_location)} is most like it"

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, SETTLING
+from hybrid.diagnosis.discrepancy.config import SETTLING
 from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
 from hybrid.diagnosis.discrepancy.forecasting import Forecaster
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
@@ -91,7 +91,7 @@ class FoundMotion:
     def is_at_noise(self) -> bool:
         """Whether no cause could make forecasts better; without any, whether what the filter sees beside is usual."""
         if self.forecasts is None:
-            return self.found.track.discrepancy.whole <= DISCREPANCY.usual_size
+            return self.found.track.discrepancy.is_small
         return self.forecasts.reach_noise
 
 

@@ -18,7 +18,7 @@ from fe_models.linear import LinearModel
 from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
-from hybrid.diagnosis.discrepancy.law_search import EVEN, LawSearch, share_usual
+from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -79,7 +79,7 @@ class OneStructure:
         """Whether the motion of each recording is that of constant values, or not known: where it is not, no linear
         cause makes it so; a law may.
         """
-        return self._moving is None or share_usual(self._moving.track.discrepancy.whole) >= EVEN
+        return self._moving is None or self._moving.track.discrepancy.is_usual
 
     def by_law(self) -> ModalDiagnosis | None:
         """Return the diagnosis by a force law in the place of all linear causes; None where none is named."""
@@ -177,7 +177,7 @@ def _beside_unknown(
     what there was, where nothing does.
     """
     left = motion.found.track.discrepancy
-    if share_usual(left.whole) >= EVEN:
+    if left.is_usual:
         return known.claims, laws, motion
     fits, probability = ranked_beside(left, known.measured, known.search, known.fits)
     claims = Claims(known.measured, fits, probability)
