@@ -10,7 +10,7 @@ from fe_models.structure import Structure
 from fe_models.uncertain_parts import uncertain_parts
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
 from hybrid.diagnosis.modes_and_motion.look import rebased
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
@@ -57,6 +57,6 @@ def test_modes_that_a_drawing_has_beyond_the_band_are_followed() -> None:
     measured = ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, (modes,))
     null = null_fit(measured)
     assert null is not None
-    found, again = rebased(dataset, measured, null)
-    assert found.nominal.size > nominal.size
-    assert len(again.pairs) == len(modes.log_omega)
+    found = rebased(dataset, NominalFit(measured, null))
+    assert found.measured.nominal.size > nominal.size
+    assert len(found.fit.pairs) == modes.count

@@ -20,9 +20,10 @@ from hybrid.diagnosis.modal.evidence import fit_claim
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import null_fit
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
-from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.modal.search import Search, probabilities
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
 from hybrid.diagnosis.nominal.candidates import all_candidates

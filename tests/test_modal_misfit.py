@@ -9,7 +9,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modal.nominal_fit import null_fit
 from tests.test_modal_evidence import COUNT, chain, dataset, measured_of, modes_of
 
 __all__ = ["dataset"]  # a fixture

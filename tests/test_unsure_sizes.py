@@ -6,7 +6,7 @@ from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modal.nominal_fit import null_fit
 from hybrid.diagnosis.modal.unsure_sizes import over_sizes, with_unsure_sizes
 from tests.test_modal_evidence import chain, dataset, measured_of, modes_of, off
 

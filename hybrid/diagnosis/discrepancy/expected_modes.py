@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of, roots_of
+from hybrid.diagnosis.discrepancy.modal_space import FineMotion, ModalSpace, amplitude_of, roots_of
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import SCALE_OF, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -54,7 +54,7 @@ class ExpectedModes:
 
 
 @dataclass(frozen=True, eq=False)
-class Claimed:
+class MotionClaim:
     """The claim of a ``fit`` about what was ``measured``, for motions sampled each ``step`` (s), by the numbers of
     their ``recordings`` (motion,).
 
@@ -69,7 +69,7 @@ class Claimed:
     sizes: ErrorSizes | None = None
     reference: IntArray | None = None
 
-    def at(self, theta: FloatArray, reference: IntArray) -> "Claimed":
+    def at(self, theta: FloatArray, reference: IntArray) -> "MotionClaim":
         """Return the claim with other parameters (parameter,), and values over the same entries of shapes."""
         return replace(self, fit=replace(self.fit, theta=theta), reference=reference)
 
@@ -92,7 +92,7 @@ class Expectation:
         return replace(self, modes=tuple(own.by(step) for own in self.modes))
 
 
-def expectation_of(claimed: Claimed) -> Expectation | None:
+def expectation_of(claimed: MotionClaim) -> Expectation | None:
     """Return what a claim expects at its fit's theta, of modes below half the sampling rate or the low-pass.
 
     None where the structure has no modes there.
@@ -119,7 +119,7 @@ def expectation_of(claimed: Claimed) -> Expectation | None:
     return Expectation(whole, centre - theta, spread, common, vary)
 
 
-def _expected(claimed: Claimed, idle: tuple[int, ...]) -> ExpectedModes | None:
+def _expected(claimed: MotionClaim, idle: tuple[int, ...]) -> ExpectedModes | None:
     """Return the modes expected where some candidates do not act, ``idle``."""
     measured, fit, step = claimed.measured, claimed.fit, claimed.step
     whole, nominal = fit.claim.hypothesis, measured.nominal
@@ -175,17 +175,17 @@ def _scaled(
 
 
 def slopes_over_time(
-    modes: ExpectedModes, states: FloatArray, between: tuple[FloatArray, FloatArray], mode: int
+    modes: ExpectedModes, states: FloatArray, motion: FineMotion, mode: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return what a unit of each value of a ``mode`` adds to ``states`` (time, 2 mode) in each step, and to the
-    channels at once: (value, time, 2 mode), (value, time, sensor); ``between``: the states within the steps.
+    channels at once: (value, time, 2 mode), (value, time, sensor); ``motion``: that of the states within the steps.
     """
     space, n, sensors = modes.space, modes.space.count, len(modes.space.shown)
     free = modes.free[mode]
     added, shown = np.zeros((len(free), len(states), 2 * n)), np.zeros((len(free), len(states), sensors))
     q, rate = states[:, mode], states[:, n + mode]
     omega, ratio = space.omega[mode], space.ratio[mode]
-    within_q, within_rate = (part[:, mode] for part in between)
+    within_q, within_rate = motion.q[:, mode], motion.rate[:, mode]
     for number, force in enumerate(
         (-2 * omega**2 * within_q - 2 * ratio * omega * within_rate, -2 * omega * within_rate)
     ):

@@ -9,8 +9,8 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest_discrepancy
-from hybrid.diagnosis.discrepancy.kalman import Filtered
+from hybrid.diagnosis.discrepancy.following import FollowedMotion, filtered_by, followed, likeliest_discrepancy
+from hybrid.diagnosis.discrepancy.kalman import FilteredMotion
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, force_along
 from hybrid.diagnosis.discrepancy.law_forces import RememberedForce
 from hybrid.diagnosis.discrepancy.linearisation import linearised
@@ -69,7 +69,7 @@ class Forecaster:
             return replace(loose, remembered=acting, discrepancy=law.track.discrepancy)
         if law is not None:  # which goes from initial states alone
             return loose
-        known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
+        known = [loose.beginning_of(batch, number) for batch in train for number in range(len(batch.names))]
         motions = [(item.space, item.motion) for item in known]
         return replace(loose, discrepancy=likeliest_discrepancy(motions, START, DISCREPANCY.factors))
 
@@ -78,16 +78,17 @@ class Forecaster:
         only = slice(number, number + 1)
         return replace(self, spaces=self.spaces[only], systems=self.systems[only], spreads=self.spreads[only])
 
-    def begun(self, batch: Batch, number: int) -> "Begun":
+    def beginning_of(self, batch: Batch, number: int) -> "Beginning":
         """Return how a recording of a batch begins: its first fifth, by the space with which this is most probable."""
         (own,) = columns_of((batch,), self.roles.measured)
         data = own.data[number, : shown_of(own.samples)]
         noise = np.broadcast_to(own.sigma(self.roles.noise_model) ** 2, (len(own.names), 1, data.shape[1]))[number]
         motions = [followed(space, np.ascontiguousarray(data), noise[0]) for space in self.spaces]
         index = self._state_of(motions)
-        return Begun(index, self.spaces[index], motions[index], self._known(self.spaces[index], motions[index]).states)
+        space, motion = self.spaces[index], motions[index]
+        return Beginning(index, space, motion, self._known(space, motion).states)
 
-    def _state_of(self, motions: Sequence[Followed]) -> int:
+    def _state_of(self, motions: Sequence[FollowedMotion]) -> int:
         """Return the number of the space that a motion, as each of them follows it, is of most probably: each with the
         discrepancy that suits it best, as a large one follows the motion of any structure.
         """
@@ -99,7 +100,7 @@ class Forecaster:
             found.append(filtered_by(space, motion, own).log_density + own.log_prior)
         return int(np.argmax(found))
 
-    def _known(self, space: ModalSpace, motion: Followed) -> Filtered:
+    def _known(self, space: ModalSpace, motion: FollowedMotion) -> FilteredMotion:
         """Return what a filter makes of a motion, under the law with a memory where there is one: about a motion whose
         modes go their own way first, then about what it found itself.
         """
@@ -107,7 +108,7 @@ class Forecaster:
             return filtered_by(space, motion, self.discrepancy)
         best = filtered_by(space, motion, Discrepancy(DISCREPANCY.loose_size, DISCREPANCY.loose_share))
         for _ in range(DISCREPANCY.passes):
-            about = replace(motion, motion=linearised(space, best.states, [self.remembered]))
+            about = replace(motion, linearisation=linearised(space, best.states, [self.remembered]))
             best = filtered_by(space, about, self.discrepancy)
         return best
 
@@ -124,7 +125,7 @@ class Forecaster:
         return np.array([self._free(batch, number) for number in range(len(batch.names))])
 
     def _free(self, batch: Batch, number: int) -> FloatArray:
-        begun = self.begun(batch, number)
+        begun = self.beginning_of(batch, number)
         output, n = self.systems[begun.index].C[0], begun.space.count
         last = len(begun.states) - 1
         later = np.arange(1, batch.samples - last) * begun.space.step
@@ -134,7 +135,7 @@ class Forecaster:
         return np.concatenate([begun.states, going_on]) @ output.T
 
     def _remembering(self, batch: Batch, number: int, law: RememberedForce) -> FloatArray:
-        begun = self.begun(batch, number)
+        begun = self.beginning_of(batch, number)
         system = self.systems[begun.index]
         states, force = moved_on(law, begun.space, begun.states, batch.samples)
         return np.asarray(states @ system.C[0].T + np.outer(force, system.D[0, :, 0]))
@@ -164,14 +165,14 @@ class Forecaster:
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class Beginning:
     """How a recording begins: by the space with an ``index`` among several, the ``motion``, and its ``states`` (time,
     2 mode) as a filter knows them.
     """
 
     index: int
     space: ModalSpace
-    motion: Followed
+    motion: FollowedMotion
     states: FloatArray
 
 

@@ -14,7 +14,7 @@ from hybrid.diagnosis.discrepancy.linearisation import Linearisation
 
 
 @dataclass(frozen=True, eq=False)
-class Filtered:
+class FilteredMotion:
     """Of a ``motion``: ``white`` (time, sensor), what the filter did not expect; its ``gains`` (time, state, sensor);
     ``scales`` (time, sensor, sensor) that whiten; ``states`` (time, state), smoothed; ``log_scale``: of all scales,
     what a log density has of them.
@@ -35,7 +35,7 @@ class Filtered:
 
 def filtered(
     motion: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
-) -> Filtered:
+) -> FilteredMotion:
     """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (time, sensor), or (sensor,).
 
     ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
@@ -48,10 +48,10 @@ def filtered(
         T, C, drift, pushes, step, noise, data - motion.shown, first, variances
     )
     states = motion.states + _smooth(T, C, white, gains, scales, predicted, covariance)[:, : motion.states.shape[1]]
-    return Filtered(motion, white, gains, scales, states, -float(log_scale))
+    return FilteredMotion(motion, white, gains, scales, states, -float(log_scale))
 
 
-def unexpected(known: Filtered, added: FloatArray, shown: FloatArray) -> FloatArray:
+def unexpected(known: FilteredMotion, added: FloatArray, shown: FloatArray) -> FloatArray:
     """Return what the filter would not expect of motions that it does not know, white (variant, time, sensor): driven
     by what is ``added`` to states (variant, time, 2 mode), and ``shown`` (variant, time, sensor) at once.
     """

@@ -1,16 +1,17 @@
 """Recordings as a filter follows them: each motion with its noise, beside the modes that a claim expects of it."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, ExpectedModes, expectation_of
-from hybrid.diagnosis.discrepancy.following import Followed, followed, likeliest_discrepancy
+from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, MotionClaim, expectation_of
+from hybrid.diagnosis.discrepancy.following import followed, likeliest_discrepancy
 from hybrid.diagnosis.discrepancy.size import START
-from hybrid.diagnosis.discrepancy.tracking import Track, track
+from hybrid.diagnosis.discrepancy.tracking import Track, tracked
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -22,18 +23,27 @@ from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_levels import NoiseLevels
 
 
-def motions_with_noise(dataset: Dataset, measured: ModalData) -> list[tuple[int, FloatArray, FloatArray]]:
-    """Return the number of its training recording, the measured channels (time, sensor), and the variance of their
-    noise (sensor,), of each motion.
+@dataclass(frozen=True, eq=False)
+class RecordedMotion:
+    """A motion of the training ``recording`` with that number: ``data`` (time, sensor) of the measured channels, and
+    the variance of their ``noise`` (sensor,).
     """
+
+    recording: int
+    data: FloatArray
+    noise: FloatArray
+
+
+def recorded_motions(dataset: Dataset, measured: ModalData) -> list[RecordedMotion]:
+    """Return all motions of the training recordings, in order."""
     columns = measured_columns(dataset)
     numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    found: dict[int, tuple[int, FloatArray, FloatArray]] = {}
+    found = dict[int, RecordedMotion]()
     usual, levels = noise_in(dataset, measured)
     for batch in columns_of(batches_of(dataset, "train"), columns):
         each = np.ones((len(batch.names), len(columns))) if levels.are_alike else levels.of_recordings(batch)
         for order, data, own in zip(batch.order, batch.data, each, strict=True):
-            found[order] = (numbers[order], np.ascontiguousarray(data), (usual * own) ** 2)
+            found[order] = RecordedMotion(numbers[order], np.ascontiguousarray(data), (usual * own) ** 2)
     return [found[order] for order in sorted(found)]
 
 
@@ -47,24 +57,22 @@ def noise_in(dataset: Dataset, measured: ModalData) -> tuple[FloatArray, NoiseLe
 
 
 def track_of(dataset: Dataset, measured: ModalData, fit: ModalFit, sizes: ErrorSizes | None = None) -> Track | None:
-    """Return all motions as a fit's claim expects them, with the most probable discrepancy; see `Claimed`."""
-    motions = motions_with_noise(dataset, measured)
-    claimed = Claimed(measured, fit, 1 / dataset.sampling_rate, tuple(number for number, _, _ in motions), sizes)
+    """Return all motions as a fit's claim expects them, with the most probable discrepancy; None where the structure
+    has no modes there. ``sizes``: see `MotionClaim`.
+    """
+    recorded = recorded_motions(dataset, measured)
+    claimed = MotionClaim(measured, fit, 1 / dataset.sampling_rate, tuple(own.recording for own in recorded), sizes)
     expected = expectation_of(claimed)
     if expected is None:
         return None
-
     if sizes is None:  # its modes are where the recordings have them
         expected = as_identified(measured, fit, expected)
-
-    def follow(item: tuple[ExpectedModes, tuple[int, FloatArray, FloatArray]]) -> Followed:
-        modes, (_, data, noise) = item
-        return followed(modes.space, data, noise)
-
-    known = parallel_map(follow, list(zip(expected.modes, motions, strict=True)))
     spaces = [modes.space for modes in expected.modes]
-    size = likeliest_discrepancy(list(zip(spaces, known, strict=True)), START, DISCREPANCY.factors)
-    return track(claimed, expected, known, size)
+    motions = parallel_map(
+        lambda pair: followed(pair[0], pair[1].data, pair[1].noise), list(zip(spaces, recorded, strict=True))
+    )
+    discrepancy = likeliest_discrepancy(list(zip(spaces, motions, strict=True)), START, DISCREPANCY.factors)
+    return tracked(claimed, expected, motions, discrepancy)
 
 
 def as_identified(measured: ModalData, fit: ModalFit, expected: Expectation) -> Expectation:

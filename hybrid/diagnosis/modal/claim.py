@@ -34,6 +34,10 @@ class Claim:
         acts = tuple(_numbered_anew(own, recordings) for own in kept)
         return Claim(self.hypothesis.less(idle), acts, _numbered_anew(self.changed, recordings)), idle
 
+    def differs_among(self, recordings: int) -> bool:
+        """Return whether some of so many ``recordings`` are of another structure than others."""
+        return any(0 < len(set(acts)) < recordings for acts in (*self.acts, self.changed))
+
     @property
     def key(self) -> tuple[object, ...]:
         """What two equal claims have in common."""

@@ -10,7 +10,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
+from hybrid.diagnosis.discrepancy.expected_modes import MotionClaim, expectation_of
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
@@ -20,7 +20,7 @@ from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modes_and_motion.forecasts import scored_by
-from hybrid.diagnosis.modes_and_motion.found import kept_for_testing
+from hybrid.diagnosis.modes_and_motion.motion_fit import kept_for_testing
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import measured_columns
@@ -85,10 +85,10 @@ def _spaces_of(
     are of another state; none where the structure does not stand.
     """
     inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
-    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, False, inflation)
+    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False, inflation=inflation)
     if fit is None:
         return []
     others = {claim.idle_in(own): own for own in range(len(measured.recordings))}
     others.pop(claim.idle_in(recording))
-    expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
+    expected = expectation_of(MotionClaim(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
     return [] if expected is None else [own.space for own in as_identified(measured, fit, expected).modes]

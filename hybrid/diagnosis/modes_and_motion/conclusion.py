@@ -7,7 +7,6 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import MassChange, StiffnessChange
-from fe_models.causes.wording import at_place
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
 from hybrid.diagnosis.config import DOOR
@@ -19,8 +18,7 @@ from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import Considered, considered_by_modes, considered_laws
-from hybrid.diagnosis.modes_and_motion.forecasts import Forecasts, FoundMotion
-from hybrid.diagnosis.modes_and_motion.found import Found
+from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, Forecasts
 from hybrid.diagnosis.modes_and_motion.look import surely_off
 from hybrid.diagnosis.modes_and_motion.modal_findings import (
     State,
@@ -31,6 +29,8 @@ from hybrid.diagnosis.modes_and_motion.modal_findings import (
     share_of_two,
     states_of,
 )
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
+from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, notes_on_modes, notes_on_motion
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
@@ -42,20 +42,6 @@ from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, extended_
 from hybrid.diagnosis.outcome.findings import Finding, Parameter, sentence_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.identification.identification import Identification
-
-CHANGES_WITH_TIME = (
-    "within a recording the motion strays from that of any structure with constant values, each mode by {size:.1%} of"
-    " itself a radian, and {share:.1%} of what sensors show is of no mode of it: frequency or damping change with"
-    " amplitude or time, or modes are missing, and no force law on the list explains that"
-)
-DOUBTED = (
-    "what {name} shows at {listed} Hz is that of no structure that has the other modes, too: it was given little weight"
-)
-TWO_AT_ONE_PLACE = (
-    "a force law and another cause at the very place of it are seldom two: one thing that is not on the list may look"
-    " like both"
-)
-MENTIONED = 0.02  # probability of a law that is mentioned all the same
 
 
 @dataclass(frozen=True, repr=False)
@@ -125,29 +111,39 @@ class Claims:
     gains: Mapping[int, float] = field(default_factory=dict)
 
 
-def concluded(
-    claims: Claims, laws: LawSearch | None, motion: FoundMotion | None, present: tuple[Sensor, ...]
-) -> ModalDiagnosis:
-    """Return what the claims amount to, with the force laws and what was found of the ``motion``; ``present``: all
-    sensors, also those that are never fitted.
+@dataclass(frozen=True, eq=False)
+class ModesAndMotion:
+    """What modes and motion say: the ``claims``; the search for force ``laws`` and the ``motion`` as it was explained,
+    None where these were not looked for.
     """
+
+    claims: Claims
+    laws: LawSearch | None
+    motion: ForecastMotion | None
+
+
+def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDiagnosis:
+    """Return what the ``evidence`` amounts to; ``present``: all sensors, also those that are never fitted."""
+    claims, laws, motion = evidence.claims, evidence.laws, evidence.motion
     measured, probability = claims.measured, claims.probability
     claims = replace(claims, fits=[with_unsure_sizes(measured, claims.fits[0]), *claims.fits[1:]])
     fits, best = claims.fits, claims.fits[0]
-    found, forecasts = (None, None) if motion is None else (motion.found, motion.forecasts)
+    explained, forecasts = (None, None) if motion is None else (motion.explained, motion.forecasts)
     drawn, remaining = as_drawn(measured, best), _remaining(laws, motion)
     before, left = _misfit(measured, drawn, best, forecasts)
-    local, both, listed = _with_law(measured, best, laws, found, _local(claims, before, remaining))
+    local = _with_law(measured, best, laws, explained, _causes(claims, before, remaining))
     groups = _groups_off(measured, best)
+    findings = (*local.findings, *groups)
+    meeting = [TWO_AT_ONE_PLACE] * (local.two < 1)
     return ModalDiagnosis(
-        verdict=_verdict(measured, best, (*local, *groups), left, remaining, listed),
-        findings=(*local, *groups),
+        verdict=_verdict(measured, best, findings, left, remaining, local.listed),
+        findings=findings,
         calibration=_calibration(measured, best),
         unexplained=left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
-        extended=_extended(measured.nominal, best.theta[: best.nuisances], local),
-        notes=(*_notes(measured, best), *_notes_on_motion(laws, remaining), *[TWO_AT_ONE_PLACE] * (both < 1)),
+        extended=_extended(measured.nominal, best.theta[: best.nuisances], local.findings),
+        notes=(*notes_on_modes(measured, best), *notes_on_motion(laws, remaining), *meeting),
         seconds=0.0,
         has_motion=motion is not None,
         forecasts=forecasts,
@@ -159,13 +155,13 @@ def concluded(
     )
 
 
-def _remaining(laws: LawSearch | None, motion: FoundMotion | None) -> RemainingDiscrepancy | None:
+def _remaining(laws: LawSearch | None, motion: ForecastMotion | None) -> RemainingDiscrepancy | None:
     """Return what is left of the motion beside the law that was found, if any; None where no laws were looked for, or
     where forecasts reach the noise, so that it is of no consequence.
     """
     if laws is None or motion is None or (motion.forecasts is not None and motion.forecasts.reach_noise):
         return None
-    return RemainingDiscrepancy(laws.track.discrepancy, motion.found.track.discrepancy)
+    return RemainingDiscrepancy(laws.track.discrepancy, motion.explained.track.discrepancy)
 
 
 def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
@@ -178,7 +174,7 @@ def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: For
     return before, left
 
 
-def _local(claims: Claims, misfit: float, remaining: RemainingDiscrepancy | None) -> tuple[Finding, ...]:
+def _causes(claims: Claims, misfit: float, remaining: RemainingDiscrepancy | None) -> tuple[Finding, ...]:
     """Return the causes of the best claim, each as sure as it may be beside what is left of the motion; ``misfit`` of
     the drawn structure.
     """
@@ -189,18 +185,31 @@ def _local(claims: Claims, misfit: float, remaining: RemainingDiscrepancy | None
     return by_importance([_beside_unknown(finding, remaining.after, len(measured.recordings)) for finding in found])
 
 
-def _with_law(
-    measured: ModalData, best: ModalFit, laws: LawSearch | None, found: Found | None, local: tuple[Finding, ...]
-) -> tuple[tuple[Finding, ...], float, float]:
-    """Return the force law that was ``found``, if any, before all other findings; and the probabilities that it and a
-    cause at its very place are two, and that what moves in time is on the list.
+@dataclass(frozen=True)
+class _LocalFindings:
+    """The ``findings`` that have a place, a law first; how probable it is that the law and a cause at its very place
+    are ``two``, and that what moves in time is ``listed`` among the causes.
     """
-    if laws is None or found is None or found.law is None:
-        return local, 1.0, 1.0
-    both = share_of_two(measured, best, found.law.candidate)
-    listed = both * (1 - laws.other)
-    law = as_sure(law_finding(measured, laws, found), both)
-    return (law, *(as_sure(finding, listed) for finding in local)), both, listed
+
+    findings: tuple[Finding, ...]
+    two: float = 1.0
+    listed: float = 1.0
+
+
+def _with_law(
+    measured: ModalData,
+    best: ModalFit,
+    laws: LawSearch | None,
+    explained: MotionFit | None,
+    causes: tuple[Finding, ...],
+) -> _LocalFindings:
+    """Return the force law that explains the motion, if any, before the ``causes`` of the ``best`` claim."""
+    if laws is None or explained is None or explained.law is None:
+        return _LocalFindings(causes)
+    two = share_of_two(measured, best, explained.law.candidate)
+    listed = two * (1 - laws.other)
+    law = as_sure(law_finding(measured, laws, explained), two)
+    return _LocalFindings((law, *(as_sure(cause, listed) for cause in causes)), two, listed)
 
 
 def _calibration(measured: ModalData, best: ModalFit) -> tuple[Calibrated, ...]:
@@ -270,40 +279,3 @@ def _verdict(
     if best.claim.changed or left > CONCLUSION.max_left_of_explained or listed < CONCLUSION.min_probability:
         return Verdict.PARTLY_EXPLAINED if left < CONCLUSION.max_left_of_part else Verdict.UNEXPLAINED
     return Verdict.EXPLAINED
-
-
-def _notes(measured: ModalData, best: ModalFit) -> tuple[str, ...]:
-    """Return what the user should know: changes without a name, modes that are none of the structure's."""
-    notes = []
-    if best.claim.changed:
-        names = ", ".join(measured.recordings[recording].name for recording in best.claim.changed)
-        notes.append(f"the structure was another one in {names}, and no single cause on the list explains the change")
-    for recording, own in enumerate(measured.recordings):
-        paired = set(best.pairs.measured[best.pairs.recording == recording].tolist())
-        alone = [np.exp(log) / (2 * np.pi) for k, log in enumerate(own.log_omega) if k not in paired]
-        if alone:
-            listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(alone))
-            notes.append(f"{own.name} shows modes that are none of the structure's, at {listed} Hz")
-        doubted = [
-            np.exp(own.log_omega[mode]) / (2 * np.pi)
-            for (where, mode), factors in best.inflation.items()
-            if where == recording and mode in paired and factors.frequency > CONCLUSION.doubted_sigma
-        ]
-        if doubted:
-            listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(doubted))
-            notes.append(DOUBTED.format(name=own.name, listed=listed))
-    scale = best.sizes.stiffness_scale
-    if scale > CONCLUSION.worth_a_note:
-        notes.append(f"stiffnesses are off by {scale:.0f} times what the dataset calls normal")
-    return tuple(notes)
-
-
-def _notes_on_motion(laws: LawSearch | None, remaining: RemainingDiscrepancy | None) -> tuple[str, ...]:
-    """Return what the user should know of how the motion differs from what structure and causes do by themselves."""
-    if laws is None or remaining is None or remaining.after.is_usual:
-        return ()
-    about = CHANGES_WITH_TIME.format(**vars(remaining.after))
-    rivals = [fit.candidate for fit, own in zip(laws.fits, laws.probabilities, strict=True) if own >= MENTIONED]
-    if laws.named is None and rivals:
-        about += f"; {rivals[0].kind.replace('_', ' ')} {at_place(rivals[0].reported_location)} is most like it"
-    return (about,)

@@ -19,17 +19,18 @@ from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in, may_have_laws
+from hybrid.diagnosis.discrepancy.laws_in_recordings import laws_in_recordings, may_have_laws
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
+from hybrid.diagnosis.modal.search import Search, probabilities
 from hybrid.diagnosis.modes_and_motion.change_gains import gains_of
-from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, concluded
-from hybrid.diagnosis.modes_and_motion.forecasts import FoundMotion
-from hybrid.diagnosis.modes_and_motion.found import Found, found_beside, found_by_modes, found_instead
+from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, ModesAndMotion, concluded
+from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion
 from hybrid.diagnosis.modes_and_motion.look import Look, look_at, rebased
 from hybrid.diagnosis.modes_and_motion.modes_less_law import measured_less_law
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, motion_by_claim, motion_by_law
 from hybrid.diagnosis.modes_and_motion.unsure_modes import ranked_beside
 from hybrid.diagnosis.recorded.amount import limited
 
@@ -54,7 +55,8 @@ def diagnose_modes(dataset: Dataset, advance: Callable[[str], object] | None = N
 def diagnosed(look: Look, tell: Callable[[str], object]) -> ModalDiagnosis:
     """Return the diagnosis of a dataset that was looked at."""
     with threadpool_limits(THREADS.linear_algebra, "blas"):
-        return _answer(look, _of(*rebased(look.dataset, look.measured, look.drawn)).searched(tell), tell)
+        bare = _search_in(rebased(look.dataset, look.nominal_fit))
+        return _answer(look, bare.searched(tell), tell)
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,27 +68,29 @@ class OneStructure:
     look: Look
 
     @cached_property
-    def _bare(self) -> "_Searched":
-        return _of(*rebased(self.look.dataset, self.look.measured, self.look.drawn))
+    def _bare(self) -> "_ClaimSearch":
+        return _search_in(rebased(self.look.dataset, self.look.nominal_fit))
 
     @cached_property
-    def _moving(self) -> Found | None:
+    def _motion(self) -> MotionFit | None:
+        nominal_fit = self._bare.nominal_fit
         with threadpool_limits(THREADS.linear_algebra, "blas"):
-            return found_by_modes(self.look.dataset, self._bare.measured, self._bare.null)
+            return motion_by_claim(self.look.dataset, nominal_fit.measured, nominal_fit.fit)
 
     @property
     def moves_by_constants(self) -> bool:
         """Whether the motion of each recording is that of constant values, or not known: where it is not, no linear
         cause makes it so; a law may.
         """
-        return self._moving is None or self._moving.track.discrepancy.is_usual
+        return self._motion is None or self._motion.track.discrepancy.is_usual
 
     def by_law(self) -> ModalDiagnosis | None:
         """Return the diagnosis by a force law in the place of all linear causes; None where none is named."""
         with threadpool_limits(THREADS.linear_algebra, "blas"):
-            told = _with_motion(self.look, self._bare, self._moving)
-            laws = told[1]
-            return None if laws is None or laws.named is None else _concluded(self.look, self._bare, told)
+            evidence = _with_motion(self.look, self._bare, self._motion)
+            if evidence.laws is None or evidence.laws.named is None:
+                return None
+            return _concluded(self.look, self._bare, evidence)
 
     def by_all(self, tell: Callable[[str], object]) -> ModalDiagnosis:
         """Return the diagnosis by all causes that modes and motion tell; ``tell`` hears what is done."""
@@ -94,39 +98,25 @@ class OneStructure:
             return _answer(self.look, self._bare.searched(tell), tell)
 
 
-def _answer(look: Look, by_modes: "_Searched", tell: Callable[[str], object]) -> ModalDiagnosis:
-    tell("force laws")
-    told = _with_motion(look, by_modes)
-    tell("forecasts by modes")
-    return _concluded(look, by_modes, told)
-
-
-def _concluded(look: Look, by_modes: "_Searched", told: "_Told") -> ModalDiagnosis:
-    claims, laws, motion = told
-    if motion is not None and motion.found.law is None:  # a law would have to be taken along
-        claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
-    answer = concluded(claims, laws, motion, look.dataset.sensors)
-    names = ", ".join(look.ambient)
-    about = (UNKNOWN_FORCES.format(names=names),) if names else ()
-    kinds = {own.kind for own in by_modes.search.candidates} | (by_modes.laws if laws is not None else set())
-    return replace(answer, notes=(*answer.notes, *about), identified=look.identified, competed=tuple(sorted(kinds)))
-
-
 @dataclass(frozen=True, eq=False)
-class _Searched:
-    """The ``fits`` of all claims to what was ``measured``, most probable first, by a ``search``; ``null``: that of
-    nothing wrong; the kinds of force ``laws`` that the structure may have.
+class _ClaimSearch:
+    """The ``fits`` of all claims, most probable first, by a ``search`` that begins with the ``nominal_fit``; the kinds
+    of force ``laws`` that the structure may have.
     """
 
-    measured: ModalData
-    null: ModalFit
+    nominal_fit: NominalFit
     search: Search
     fits: list[ModalFit]
     laws: frozenset[str]
 
-    def searched(self, tell: Callable[[str], object]) -> "_Searched":
+    def searched(self, tell: Callable[[str], object]) -> "_ClaimSearch":
         """Return the same with the fits of all that was tried."""
-        return replace(self, fits=self.search.run(self.null, tell))
+        return replace(self, fits=self.search.run(self.nominal_fit.fit, tell))
+
+    @property
+    def measured(self) -> ModalData:
+        """What claims are judged by."""
+        return self.nominal_fit.measured
 
     @property
     def claims(self) -> Claims:
@@ -134,57 +124,77 @@ class _Searched:
         return Claims(self.measured, self.fits, probabilities(self.search, self.fits))
 
 
-def _of(measured: ModalData, null: ModalFit) -> _Searched:
+def _search_in(nominal_fit: NominalFit) -> _ClaimSearch:
     """Return the search for causes that modes tell, before it is made."""
-    candidates = _candidates(measured)
+    candidates = _candidates(nominal_fit.measured)
     laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
-    return _Searched(measured, null, Search.of(measured, candidates), [null], laws)
+    return _ClaimSearch(nominal_fit, Search.of(nominal_fit.measured, candidates), [nominal_fit.fit], laws)
 
 
-_Told = tuple[Claims, LawSearch | None, FoundMotion | None]
+def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> ModalDiagnosis:
+    tell("force laws")
+    evidence = _with_motion(look, known)
+    tell("forecasts by modes")
+    return _concluded(look, known, evidence)
 
 
-def _with_motion(look: Look, known: _Searched, found: Found | None = None) -> _Told:
+def _concluded(look: Look, known: _ClaimSearch, evidence: ModesAndMotion) -> ModalDiagnosis:
+    claims, motion = evidence.claims, evidence.motion
+    if motion is not None and motion.explained.law is None:  # a law would have to be taken along
+        claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
+    answer = concluded(replace(evidence, claims=claims), look.dataset.sensors)
+    names = ", ".join(look.ambient)
+    about = (UNKNOWN_FORCES.format(names=names),) if names else ()
+    kinds = {own.kind for own in known.search.candidates} | (known.laws if evidence.laws is not None else set())
+    return replace(answer, notes=(*answer.notes, *about), identified=look.identified, competed=tuple(sorted(kinds)))
+
+
+def _with_motion(look: Look, known: _ClaimSearch, explained: MotionFit | None = None) -> ModesAndMotion:
     """Return the claims, the search for force laws where the claims leave something of the motion, and the motion by
-    what was found; None where motion tells no laws, or none was left to look for. ``found``: the motion by the best
-    claim, where it is known.
+    what was found; None where motion tells no laws, or none was left to look for. ``explained``: the motion by the
+    best claim, where it is known.
     """
-    dataset, drawn, best = look.dataset, (look.measured, look.drawn), known.fits[0]
+    dataset, drawn, best = look.dataset, look.nominal_fit, known.fits[0]
     if look.ambient or not may_have_laws(dataset, known.measured):
-        return known.claims, None, None
-    found = found or found_by_modes(dataset, known.measured, best)
-    motion = None if found is None else FoundMotion.of(dataset, drawn, found)
-    if found is None or motion is None or motion.is_at_noise or isinstance(dataset.model, LinearModel):
-        return known.claims, None, motion
-    laws = laws_in(dataset, drawn, (known.measured, known.null), found.track, known.search.log_odds(best.claim))
+        return ModesAndMotion(known.claims, None, None)
+    explained = explained or motion_by_claim(dataset, known.measured, best)
+    motion = None if explained is None else ForecastMotion.of(dataset, drawn, explained)
+    if explained is None or motion is None or motion.is_at_noise or isinstance(dataset.model, LinearModel):
+        return ModesAndMotion(known.claims, None, motion)
+    log_odds = known.search.log_odds(best.claim)
+    laws = laws_in_recordings(dataset, drawn, known.nominal_fit, explained.track, log_odds)
     if laws.named is None:
         return _beside_unknown(look, known, laws, motion)
-    if not laws.replaces_causes:
-        return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
-    linear = measured_less_law(dataset, laws, known.measured)
+    again = _without_law(look, known, laws) if laws.replaces_causes else None
+    if again is None:
+        return ModesAndMotion(known.claims, laws, ForecastMotion.of(dataset, drawn, explained.with_named_law(laws)))
+    instead = motion_by_law(dataset, again.measured, again.fits[0], laws.named)
+    moved = motion if instead is None else ForecastMotion.of(dataset, drawn, instead)
+    return ModesAndMotion(again.claims, laws, moved)
+
+
+def _without_law(look: Look, known: _ClaimSearch, laws: LawSearch) -> _ClaimSearch | None:
+    """Return the search for causes in the modes less what the named law does in them; None where these show none."""
+    linear = measured_less_law(look.dataset, laws, known.measured)
     null = null_fit(linear)
     if null is None or not len(null.pairs):
-        return known.claims, laws, FoundMotion.of(dataset, drawn, found_beside(found, laws))
-    again = _of(*rebased(dataset, linear, null)).searched(lambda _: None)
-    instead = found_instead(dataset, again.measured, again.fits[0], laws.named)
-    return again.claims, laws, motion if instead is None else FoundMotion.of(dataset, drawn, instead)
+        return None
+    return _search_in(rebased(look.dataset, NominalFit(linear, null))).searched(lambda _: None)
 
 
-def _beside_unknown(
-    look: Look, known: _Searched, laws: LawSearch, motion: FoundMotion
-) -> tuple[Claims, LawSearch, FoundMotion]:
+def _beside_unknown(look: Look, known: _ClaimSearch, laws: LawSearch, motion: ForecastMotion) -> ModesAndMotion:
     """Return the claims, and the motion by the best of them, as something that no law on the list is moves the modes;
     what there was, where nothing does.
     """
-    left = motion.found.track.discrepancy
+    left = motion.explained.track.discrepancy
     if left.is_usual:
-        return known.claims, laws, motion
+        return ModesAndMotion(known.claims, laws, motion)
     fits, probability = ranked_beside(left, known.measured, known.search, known.fits)
     claims = Claims(known.measured, fits, probability)
-    if fits[0] is known.fits[0]:
-        return claims, laws, motion
-    found = found_by_modes(look.dataset, known.measured, fits[0])
-    return claims, laws, motion if found is None else FoundMotion.of(look.dataset, (look.measured, look.drawn), found)
+    explained = None if fits[0] is known.fits[0] else motion_by_claim(look.dataset, known.measured, fits[0])
+    if explained is not None:
+        motion = ForecastMotion.of(look.dataset, look.nominal_fit, explained)
+    return ModesAndMotion(claims, laws, motion)
 
 
 def _candidates(measured: ModalData) -> tuple[Candidate, ...]:

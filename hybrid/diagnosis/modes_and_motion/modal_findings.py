@@ -14,8 +14,8 @@ from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY
-from hybrid.diagnosis.modes_and_motion.found import Found
 from hybrid.diagnosis.modes_and_motion.look import surely_off
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
@@ -71,9 +71,9 @@ def by_importance(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: -finding.explains * finding.probability))
 
 
-def law_finding(measured: ModalData, laws: LawSearch, found: Found) -> Finding:
-    """Return the force law that was ``found``, with the laws that may act in its place."""
-    others, best = laws.fits[1:], found.law or laws.fits[0]
+def law_finding(measured: ModalData, laws: LawSearch, motion: MotionFit) -> Finding:
+    """Return the force law in a ``motion``, with the laws that may act in its place."""
+    others, best = laws.fits[1:], motion.law or laws.fits[0]
     cause, deviations = built(best.candidate, best.theta, np.sqrt(np.diag(best.covariance)))
     parameters = parameters_of(cause, deviations)
     rivals = []
@@ -87,7 +87,7 @@ def law_finding(measured: ModalData, laws: LawSearch, found: Found) -> Finding:
     remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= LISTED]
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
-    explains = float(np.clip(1 - (found.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
+    explains = float(np.clip(1 - (motion.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 
