@@ -7,7 +7,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.nominal_fit import null_fit
-from hybrid.diagnosis.modal.unsure_sizes import over_sizes, with_unsure_sizes
+from hybrid.diagnosis.modal.unsure_sizes import posterior_over_sizes, with_unsure_sizes
 from tests.test_modal_evidence import chain, dataset, measured_of, modes_of, off
 
 __all__ = ["dataset"]  # a fixture
@@ -48,7 +48,7 @@ def test_draws_have_the_covariance_that_is_reported(dataset: Dataset) -> None:
     measured = measured_of(dataset, modes_of(chain(factors), "r0", rng))
     found = null_fit(measured)
     assert found is not None
-    posterior = over_sizes(measured, found)
+    posterior = posterior_over_sizes(measured, found)
     assert posterior is not None
     drawn = posterior.draws(4000, np.random.default_rng(1))
     np.testing.assert_allclose(

@@ -26,7 +26,7 @@ from hybrid.diagnosis.modal.paired_rows import log_density_of_unpaired, rows_of,
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.rows import Rows
 from hybrid.diagnosis.modal.search import Search
-from hybrid.diagnosis.modal.unsure_sizes import over_sizes
+from hybrid.diagnosis.modal.unsure_sizes import posterior_over_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 RECORDINGS = ("r1", "r2")
@@ -106,7 +106,7 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
         return {}
     null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
-    posterior = None if item is None else over_sizes(measured, item)
+    posterior = None if item is None else posterior_over_sizes(measured, item)
     return {} if item is None or posterior is None else _ranks(measured, theta, item, posterior.draws(DRAWS, rng))
 
 

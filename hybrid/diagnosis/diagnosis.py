@@ -1,6 +1,6 @@
 """The whole chain: show what a simulation gets wrong, name the cause, extend the model, measure the gain.
 
-Two searches stand behind this door. That by time series holds every sample against the drawn structure, and tells
+Two searches answer. That by time series holds every sample against the drawn structure, and tells
 nearly all causes where it is as right as was stated. That by modes and motion needs no nearly right structure, and
 tells what changed between recordings. A first look at the modes says which goes first; where its answer leaves
 something open, the other is asked as well.
@@ -16,7 +16,7 @@ from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.config import DOOR
+from hybrid.diagnosis.config import SEARCH_CHOICE
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.modes_and_motion.look import Look, look_at
 from hybrid.diagnosis.modes_and_motion.modal_diagnosis import OneStructure, diagnosed
@@ -26,7 +26,7 @@ from hybrid.diagnosis.recorded.amount import limited
 from hybrid.diagnosis.series_diagnosis import SeriesSearch, diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
-LOOKED = MODAL_STAGES[:2]  # the stages of a first look
+LOOK_STAGES = MODAL_STAGES[:2]  # the stages of a first look
 MODES_ALONE = (
     "the modes that the dataset lists are what was diagnosed; its recordings were not used: leave [[modes]] out to have"
     " them identified from these, with force laws and forecasts"
@@ -61,7 +61,7 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     try:
         look = look_at(dataset, tell)
     except InputError:  # no mode is seen: the series say why, in their own words
-        return _by_series(dataset, tell, LOOKED[:1])
+        return _by_series(dataset, tell, LOOK_STAGES[:1])
     if look.ambient:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
@@ -82,7 +82,7 @@ def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]
     Of a frame series go on for minutes beyond single causes. Where these leave most, and the motion is of no constant
     values, a force law in it is looked for before; where none explains it, two causes at once are not tried.
     """
-    _skip(MODAL_STAGES[len(LOOKED) :], tell)
+    _skip(MODAL_STAGES[len(LOOK_STAGES) :], tell)
     begun, one = SeriesSearch.begun(dataset, tell), OneStructure(look)
     is_sought = not look.measured.nominal.is_chain and begun.singles.are_hopeless and not one.moves_by_constants
     if is_sought:
@@ -133,7 +133,7 @@ def _only_series_tell(structure: Structure, dataset: Dataset) -> bool:
 def _is_settled(found: Answer) -> bool:
     """Return whether an answer leaves nothing open: all is explained, by causes that are as good as sure."""
     return not found.verdict.is_wanting and all(
-        finding.probability >= DOOR.sure_probability for finding in found.findings
+        finding.probability >= SEARCH_CHOICE.sure_probability for finding in found.findings
     )
 
 

@@ -17,7 +17,7 @@ from fe_models.causes.known import Channel, Known
 from fe_models.causes.places import Motion
 from fe_models.causes.searched import candidates_of
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.posterior import NOTHING
+from hybrid.diagnosis.contest.posterior import PRIOR_NOTHING_WRONG
 from hybrid.diagnosis.discrepancy.config import LAW_FIT
 from hybrid.diagnosis.discrepancy.law_fit import (
     LawFit,
@@ -184,9 +184,9 @@ def with_probabilities(track: Track, fits: Sequence[LawFit], odds: Odds) -> LawS
     """Return laws with their probabilities, most probable first; what a law only resembles is another one that is not
     on the list, or what any model gets wrong, as the discrepancy without it is usual or not.
     """
-    scores = np.array([fit.evidence + odds.log(fit.candidate) for fit in fits]) + np.log1p(-NOTHING)
+    scores = np.array([fit.evidence + odds.log(fit.candidate) for fit in fits]) + np.log1p(-PRIOR_NOTHING_WRONG)
     by_evidence = np.argsort(-scores)
-    every = np.append(scores[by_evidence], track.evidence + np.log(NOTHING))
+    every = np.append(scores[by_evidence], track.evidence + np.log(PRIOR_NOTHING_WRONG))
     weights = np.exp(every - every.max())
     weights /= weights.sum()
     before, after = track.discrepancy.whole, [fits[number].track.discrepancy.whole for number in by_evidence]

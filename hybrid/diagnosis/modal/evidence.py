@@ -99,10 +99,10 @@ def fit_claim(
                 sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations)
                 inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
                 rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
-            present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
+            present = _evaluated(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
-        there = replace(present, evidence=present.evidence - _beyond(measured, present))
+        there = replace(present, evidence=present.evidence - _evidence_beyond(measured, present))
         best = there if best is None or there.evidence > best.evidence else best
         step = step_of(measured, present)
         then = bounded(hypothesis, theta, step)
@@ -127,7 +127,7 @@ def refitted_errors(measured: ModalData, item: ModalFit, claim: Claim) -> ModalF
 def with_errors(measured: ModalData, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
     """Return a fit as it stands, but with other ``sizes`` of errors."""
     rows, known = item.rows, (item.residual, item.slopes, item.inflation)
-    return _at(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
+    return _evaluated(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
 
 
 def as_drawn(measured: ModalData, item: ModalFit) -> ModalFit:
@@ -135,7 +135,7 @@ def as_drawn(measured: ModalData, item: ModalFit) -> ModalFit:
     return replace(item, claim=measured.null, theta=-measured.offset)
 
 
-def _at(
+def _evaluated(
     measured: ModalData,
     claim: Claim,
     theta: FloatArray,
@@ -177,7 +177,7 @@ def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, prior: FloatAr
     return np.asarray(whitened.T @ whitened + np.eye(len(prior)))
 
 
-def _beyond(measured: ModalData, item: ModalFit) -> float:
+def _evidence_beyond(measured: ModalData, item: ModalFit) -> float:
     """Return how much of the evidence is that of nominal values that the linearised modes promise, beyond these: none
     where they fit best.
     """

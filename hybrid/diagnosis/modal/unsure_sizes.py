@@ -17,7 +17,7 @@ from hybrid.diagnosis.modal.modal_data import ModalData
 
 
 @dataclass(frozen=True, eq=False)
-class OverSizes:
+class SizesPosterior:
     """A posterior over all sizes of errors, each as probable as any other: the best values (size, parameter) of each,
     ``theta``, and their ``covariances`` (size, parameter, parameter).
     """
@@ -39,11 +39,11 @@ class OverSizes:
 
 def with_unsure_sizes(measured: ModalData, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
-    found = over_sizes(measured, item)
+    found = posterior_over_sizes(measured, item)
     return item if found is None else replace(item, covariance=found.about(item.theta))
 
 
-def over_sizes(measured: ModalData, item: ModalFit) -> OverSizes | None:
+def posterior_over_sizes(measured: ModalData, item: ModalFit) -> SizesPosterior | None:
     """Return the posterior of a fit's values over all sizes of errors that they leave open; None where no numbers hold
     these.
     """
@@ -62,7 +62,7 @@ def over_sizes(measured: ModalData, item: ModalFit) -> OverSizes | None:
             continue
         within.append(own.covariance)
         moved.append(item.theta + step_of(measured, own))
-    return OverSizes(np.array(moved), np.array(within)) if within else None
+    return SizesPosterior(np.array(moved), np.array(within)) if within else None
 
 
 def _root_of_covariance(item: ModalFit) -> FloatArray:

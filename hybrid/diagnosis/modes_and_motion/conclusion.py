@@ -9,7 +9,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import MassChange, StiffnessChange
 from fe_models.recordings import Sensor
 from fe_models.structure import Structure
-from hybrid.diagnosis.config import DOOR
+from hybrid.diagnosis.config import SEARCH_CHOICE
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.size import Discrepancy, RemainingDiscrepancy
 from hybrid.diagnosis.modal.config import CONCLUSION
@@ -17,7 +17,7 @@ from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
-from hybrid.diagnosis.modes_and_motion.considered import Considered, considered_by_modes, considered_laws
+from hybrid.diagnosis.modes_and_motion.considered import ConsideredHypothesis, considered_by_modes, considered_laws
 from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, Forecasts
 from hybrid.diagnosis.modes_and_motion.look import surely_off
 from hybrid.diagnosis.modes_and_motion.modal_findings import (
@@ -71,15 +71,15 @@ class ModalDiagnosis:
     groups: int
     next_measurement: NextMeasurement | None = None
     competed: tuple[str, ...] = ()
-    considered: tuple[Considered, ...] = ()
-    considered_laws: tuple[Considered, ...] = ()
+    considered: tuple[ConsideredHypothesis, ...] = ()
+    considered_laws: tuple[ConsideredHypothesis, ...] = ()
     strays: bool = False
     identified: Mapping[str, Identification] = field(default_factory=dict)
 
     @property
     def is_far(self) -> bool:
         """Whether the structure is off in more than one place by more than was stated."""
-        return self.groups >= DOOR.far_groups
+        return self.groups >= SEARCH_CHOICE.far_groups
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:

@@ -11,7 +11,7 @@ from threadpoolctl import threadpool_limits
 from fe_models.arrays import TINY, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.config import DOOR, THREADS
+from hybrid.diagnosis.config import SEARCH_CHOICE, THREADS
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -52,7 +52,7 @@ class Look:
     @property
     def is_far(self) -> bool:
         """Whether the structure is off in more than one place by more than was stated."""
-        return len(surely_off(self.measured, self.drawn)) >= DOOR.far_groups
+        return len(surely_off(self.measured, self.drawn)) >= SEARCH_CHOICE.far_groups
 
     @cached_property
     def differs(self) -> bool:

@@ -27,8 +27,8 @@ from hybrid.diagnosis.outcome.findings import (
     sentence_of,
 )
 
-LISTED = 0.01  # probability from which on a rival is listed by itself
-WHERE = "{sentence} It acts in {recordings} only."
+MIN_RIVAL_PROBABILITY = 0.01  # probability from which on a rival is listed by itself
+ACTS_IN_SOME = "{sentence} It acts in {recordings} only."
 
 
 @dataclass(frozen=True)
@@ -78,13 +78,13 @@ def law_finding(measured: ModalData, laws: LawSearch, motion: MotionFit) -> Find
     parameters = parameters_of(cause, deviations)
     rivals = []
     for fit, own in zip(others, laws.probabilities[1:], strict=True):
-        if own >= LISTED:
+        if own >= MIN_RIVAL_PROBABILITY:
             rival, errors = built(fit.candidate, fit.theta, np.sqrt(np.diag(fit.covariance)))
             location = fit.candidate.reported_location
             rivals.append(Alternative(rival.kind, location, float(own), parameters_of(rival, errors)))
     rest = 1 - laws.other - float(laws.probabilities[0]) - sum(item.probability for item in rivals)
     shares = ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, laws.other))
-    remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= LISTED]
+    remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= MIN_RIVAL_PROBABILITY]
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     explains = float(np.clip(1 - (motion.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
@@ -115,7 +115,7 @@ def as_sure(finding: Finding, surely: float) -> Finding:
     )
     own = surely * finding.probability
     rest = 1 - own - sum(item.probability for item in others)
-    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED else ()
+    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= MIN_RIVAL_PROBABILITY else ()
     return replace(finding, probability=own, alternatives=(*others, *remainder))
 
 
@@ -136,7 +136,7 @@ def _finding(
     names = tuple(measured.recordings[recording].name for recording in acts)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     if len(acts) < len(measured.recordings):
-        sentence = WHERE.format(sentence=sentence, recordings=", ".join(names))
+        sentence = ACTS_IN_SOME.format(sentence=sentence, recordings=", ".join(names))
     named, rivals = _rivals(measured, fits, probability, number)
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
@@ -181,11 +181,10 @@ def _rivals(
         known = rivals.get(first.key, (None, 0.0))[1]
         alternative = Alternative(first.kind, first.reported_location, 0.0)
         rivals[first.key] = (alternative, known + float(own))
-    listed = [replace(item, probability=own) for item, own in rivals.values() if own >= LISTED]
-    rest = without + sum(own for _, own in rivals.values() if own < LISTED)
-    remainders = [
-        Alternative(kind, {}, own) for kind, own in ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown)) if own >= LISTED
-    ]
+    listed = [replace(item, probability=own) for item, own in rivals.values() if own >= MIN_RIVAL_PROBABILITY]
+    rest = without + sum(own for _, own in rivals.values() if own < MIN_RIVAL_PROBABILITY)
+    shares = ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown))
+    remainders = [Alternative(kind, {}, own) for kind, own in shares if own >= MIN_RIVAL_PROBABILITY]
     return float(named), (*sorted(listed, key=lambda item: -item.probability), *remainders)
 
 
