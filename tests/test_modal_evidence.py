@@ -168,11 +168,11 @@ def test_shapes_over_another_entry_scatter_as_their_covariance_says() -> None:
     rng = np.random.default_rng(3)
     clean = modes_of(chain(), "a", np.random.default_rng(4))
     reference = np.argmin(np.abs(np.abs(clean.shapes) - 0.5), axis=1)  # neither the largest nor next to nothing
-    known = clean.over(reference)
+    known = clean.values_over(reference)
     drawn = []
     for _ in range(400):
         noise = SHAPE_ERROR * (rng.standard_normal((COUNT, COUNT)) + 1j * rng.standard_normal((COUNT, COUNT)))
-        drawn.append(replace(clean, shapes=clean.shapes + noise).over(reference).values - known.values)
+        drawn.append(replace(clean, shapes=clean.shapes + noise).values_over(reference).values - known.values)
     scatter = np.sqrt(np.mean(np.square(drawn), axis=0))[:, 2:]
     said = np.sqrt(np.diagonal(known.covariance, axis1=1, axis2=2))[:, 2:]
     free = said > 0.1 * SHAPE_ERROR  # not the reference entries

@@ -7,7 +7,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import null_fit
 from tests.test_modal_evidence import COUNT, chain, dataset, measured_of, modes_of

@@ -61,7 +61,7 @@ class _Density:
         """What does not depend on theta."""
         volume = float(np.log(np.diag(self._lower)).sum())
         alone = log_density_of_unpaired(self.measured, self.item.pairs) + log_prior_in(self.item.inflation)
-        return self._rows.constant - volume + self.item.sizes.log_prior + alone
+        return self._rows.log_constant - volume + self.item.sizes.log_prior + alone
 
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:
@@ -76,7 +76,7 @@ class _Density:
         modes = predicted_modes(self.item.claim.hypothesis, theta[None], self.measured.outputs)
         if modes is None or not modes.stands.all() or modes.roots.shape[1] <= pairs.mode.max(initial=-1):
             return None
-        every = self._seen.values - modes.over(pairs.mode, pairs.reference)[0]
+        every = self._seen.values - modes.values_over(pairs.mode, pairs.reference)[0]
         white = solve_triangular(
             self._lower, every[free_values(pairs.reference, len(self.measured.sensors))], lower=True
         )
@@ -153,7 +153,7 @@ def _measured(
     if modes is None:
         return bare
     every = np.arange(modes.roots.shape[1])
-    values = modes.over(every, np.argmax(np.abs(modes.shapes[0]), axis=1))[0]  # (mode, value)
+    values = modes.values_over(every, np.argmax(np.abs(modes.shapes[0]), axis=1))[0]  # (mode, value)
     quantity = quantities_of(len(SENSORS))
     common, own, noise = sizes.common[quantity], sizes.varying[quantity], IDENTIFIED[quantity]
     fixed = np.isin(values, (0.0, 1.0))  # the entry that others are taken over has no error

@@ -39,7 +39,7 @@ class ExpectedModes:
         """Which of all values (mode, value) say something: not the reference entries."""
         return free_values(self.reference, len(self.space.shown))
 
-    def by(self, step: FloatArray) -> "ExpectedModes":
+    def moved_by(self, step: FloatArray) -> "ExpectedModes":
         """Return the modes with all values moved by a ``step`` (value,)."""
         space, every = self.space, np.zeros(self.free.shape)
         every[self.free] = step
@@ -87,9 +87,9 @@ class Expectation:
     common: FloatArray
     vary: FloatArray
 
-    def by(self, step: FloatArray) -> "Expectation":
+    def moved_by(self, step: FloatArray) -> "Expectation":
         """Return the same with all values moved by a ``step`` (value,) in all motions."""
-        return replace(self, modes=tuple(own.by(step) for own in self.modes))
+        return replace(self, modes=tuple(own.moved_by(step) for own in self.modes))
 
 
 def expectation_of(claimed: MotionClaim) -> Expectation | None:
@@ -150,7 +150,7 @@ def _expected(claimed: MotionClaim, idle: tuple[int, ...]) -> ExpectedModes | No
     )
     if reference is None:
         reference = np.argmax(np.abs(shown) / space.omega ** measured.orders[:, None], axis=0)
-    every = predicted.over(below, reference)
+    every = predicted.values_over(below, reference)
     slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
     moved = FIT.difference_step * hypothesis.width
     slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)

@@ -51,7 +51,7 @@ def followed(space: ModalSpace, data: FloatArray, noise: FloatArray) -> Followed
     for _ in range(DISCREPANCY.passes):  # a mode goes as freely as its own motion is large
         known = filtered_by(space, own, loose)
         squared = _about(known.states[:, :n] ** 2 + (known.states[:, n:] / space.omega) ** 2, space.omega, space.step)
-        least = DISCREPANCY.least_amplitude * np.sqrt((squared * shown**2).max()) / shown
+        least = DISCREPANCY.min_amplitude * np.sqrt((squared * shown**2).max()) / shown
         own = replace(own, amplitude=np.sqrt(squared + least**2))
     return own
 

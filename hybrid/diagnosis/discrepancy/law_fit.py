@@ -158,7 +158,7 @@ def fit_law(track: Track, law: LawCandidate, theta: FloatArray, rounds: int = LA
             moving = _mixed(best.track, fit.track, share) if fit else best.track
             theta, discrepancy = best.theta, best.track.discrepancy
         little = LAW_FIT.settled_share * max(best.evidence - track.evidence, 0.0)
-        if abs(gained) < max(LAW_FIT.settled_nats, little) or share < LAW_FIT.least_share:
+        if abs(gained) < max(LAW_FIT.settled_nats, little) or share < LAW_FIT.min_share:
             break
     return best or LawFit(law, theta, np.diag(np.square(law.width)), -np.inf, track)
 

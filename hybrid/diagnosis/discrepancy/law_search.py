@@ -74,7 +74,7 @@ def search_laws(track: Track) -> LawSearch:
     if not laws:
         return LawSearch.without_laws(track)
     contest = _LawContest(track, laws, Odds.among(laws, 1.0), track.marginal.weighed(track.residuals))
-    fits = contest.with_own_motion(contest.most_promising(), LAW_FIT.refined)
+    fits = contest.with_own_motion(contest.most_promising(), LAW_FIT.max_refined)
     fits = contest.with_neighbours(fits)
     return with_probabilities(track, contest.with_best_settled(fits), contest.odds)
 
@@ -94,7 +94,7 @@ class _LawContest:
         """Return the laws that promise most, each at the place that stands for all like it."""
         scanned = _unlike(self.track, self.laws)
         gains = parallel_map(lambda law: max(self._gain(law, start) for start in _starts(law)), scanned)
-        return [scanned[number] for number in np.argsort(gains)[::-1][: LAW_FIT.fitted]]
+        return [scanned[number] for number in np.argsort(gains)[::-1][: LAW_FIT.max_fitted]]
 
     def with_own_motion(self, laws: Sequence[LawCandidate], count: int) -> list[LawFit]:
         """Return the best ``count`` of some laws along the motion as it is, each then fitted with its own motion."""
@@ -104,12 +104,12 @@ class _LawContest:
 
     def with_neighbours(self, fits: list[LawFit]) -> list[LawFit]:
         """Return fits, and those of the best law's kind where the structure moves alike, as long as one is better."""
-        for _ in range(LAW_FIT.moves):
+        for _ in range(LAW_FIT.max_moves):
             best, known = max(fits, key=self._score), {fit.candidate.key for fit in fits}
             if best.evidence <= self.track.evidence:
                 break
             beside = [law for law in _nearest(self.track, best.candidate, self.laws) if law.key not in known]
-            more = self.with_own_motion(beside[: LAW_FIT.neighbours], LAW_FIT.neighbours)
+            more = self.with_own_motion(beside[: LAW_FIT.max_neighbours], LAW_FIT.max_neighbours)
             fits = [*fits, *more]
             if not more or max(map(self._score, more)) <= self._score(best):
                 break
@@ -118,7 +118,7 @@ class _LawContest:
     def with_best_settled(self, fits: Sequence[LawFit]) -> list[LawFit]:
         """Return fits, of which the best and its rivals have modes where the recordings have them, these first."""
         ranked = sorted(fits, key=lambda fit: -self._score(fit))
-        best = ranked[:1] + [fit for fit in ranked[1 : LAW_FIT.settled] if not _is_beaten(fit, ranked[0])]
+        best = ranked[:1] + [fit for fit in ranked[1 : LAW_FIT.max_settled] if not _is_beaten(fit, ranked[0])]
         settled = parallel_map(lambda fit: refitted_law(self.track, fit), best)
         done = {fit.candidate.key for fit in best}
         return [*settled, *(fit for fit in ranked if fit.candidate.key not in done)]
@@ -161,7 +161,7 @@ def _unlike(track: Track, laws: Sequence[LawCandidate]) -> list[LawCandidate]:
         along = law.pull @ track.spaces[0].shapes
         along = along / max(float(np.linalg.norm(along)), TINY)
         others = known.setdefault((law.kind, law.location.get("side")), [])
-        if all(abs(float(along @ other)) < LAW_FIT.alike for other in others):
+        if all(abs(float(along @ other)) < LAW_FIT.min_cosine for other in others):
             others.append(along)
             found.append(law)
     return found

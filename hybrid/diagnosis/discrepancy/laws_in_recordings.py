@@ -38,7 +38,7 @@ def laws_in_recordings(
     nominal values astray. A claim of some recordings alone is taken at first: under a law modes differ with amplitude,
     but that they differ must be explained in any case.
     """
-    claim, samples = best.claimed.fit.claim, samples_in(best, LAW_FIT.most_values)
+    claim, samples = best.claimed.fit.claim, samples_in(best, LAW_FIT.max_values)
     if claim.hypothesis.candidates and best.discrepancy.is_small:
         return _beside_claim(best, samples)
     bare = _bare_track(dataset, drawn, rebased)

@@ -81,7 +81,7 @@ def as_identified(measured: ModalData, fit: ModalFit, expected: Expectation) -> 
     common, sharing = rows.common(fit.sizes), rows.sharing
     alike = common * (sharing @ (sharing.T @ (common * fit.weighed)))
     each = alike / (sharing @ sharing.sum(axis=0))  # every row of a shared error has all of it
-    return expected.by(_by_value(measured, fit, expected.modes[0], each))
+    return expected.moved_by(_by_value(measured, fit, expected.modes[0], each))
 
 
 def errors_of_state(measured: ModalData, fit: ModalFit, modes: ExpectedModes, recordings: Sequence[int]) -> FloatArray:

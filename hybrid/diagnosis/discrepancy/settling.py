@@ -31,7 +31,7 @@ def settled(track: Track, laws: Sequence[LawForce]) -> Track:
             track, share = new, min(share / SETTLING.easing, 1.0)
         else:
             share *= SETTLING.easing
-        if abs(gained) < SETTLING.settled_nats or share < SETTLING.least_share:
+        if abs(gained) < SETTLING.settled_nats or share < SETTLING.min_share:
             break
     return track
 
@@ -52,7 +52,7 @@ def _moved(track: Track, share: float, laws: Sequence[LawForce]) -> Track | None
     if expected is None:
         return None
     try:
-        return _with_modes(track, claimed, expected.by(known.moved + share * (errors - known.moved)), laws)
+        return _with_modes(track, claimed, expected.moved_by(known.moved + share * (errors - known.moved)), laws)
     except np.linalg.LinAlgError:  # a motion that grows beyond numbers
         return None
 

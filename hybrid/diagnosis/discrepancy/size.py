@@ -79,7 +79,7 @@ class Discrepancy:
 
     def times(self, size: float, share: float) -> "Discrepancy":
         """Return the discrepancy with either part so many times as large, not beyond what can be told apart."""
-        least, most = DISCREPANCY.least, DISCREPANCY.most
+        least, most = DISCREPANCY.min_size, DISCREPANCY.max_size
         return Discrepancy(*(float(np.clip(part, least, most)) for part in (self.size * size, self.share * share)))
 
 

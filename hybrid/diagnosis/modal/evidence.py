@@ -18,16 +18,14 @@ from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.inflation import Inflation, likeliest_inflation, log_prior_in
 from hybrid.diagnosis.modal.likely_errors import likeliest_sizes
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.mode_values import free_values
 from hybrid.diagnosis.modal.modes_of_claim import predicted_by
 from hybrid.diagnosis.modal.paired_rows import (
     log_density_of_unpaired,
     residual_of,
     rows_of,
-    unpaired_widths,
     values_of,
 )
-from hybrid.diagnosis.modal.pairs import Pairs, pairs_of, predicted_of
+from hybrid.diagnosis.modal.pairs import Pairs, pairs_of
 from hybrid.diagnosis.modal.rows import Rows
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -150,7 +148,7 @@ def _evaluated(
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
     lower = np.asarray(np.linalg.cholesky(rows.covariance(sizes)), dtype=np.float64)
     white = solve_triangular(lower, residual, lower=True)
-    evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.constant + sizes.log_prior
+    evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.log_constant + sizes.log_prior
     width = hypothesis.width[first:]
     if len(width):
         own = solve_triangular(lower, slopes[:, first:], lower=True)
@@ -223,26 +221,3 @@ def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> Floa
     for bound, crossed in ((hypothesis.lower, then <= hypothesis.lower), (hypothesis.upper, then >= hypothesis.upper)):
         then[crossed] = theta[crossed] + FIT.bound_approach * (bound[crossed] - theta[crossed])
     return then
-
-
-def misfit_of(measured: ModalData, item: ModalFit, known: ModalFit) -> float:
-    """Return the sum of squares of what a fit's theta leaves of the modes that a fit that is ``known`` pairs, in units
-    of its errors: of what modes vary by from one recording to the next and what their identification leaves open. Modes
-    that the theta itself no longer pairs are off by as much as modes that are none of the structure's.
-    """
-    predicted, every = predicted_of(measured, item.claim, item.theta)
-    pairs = every.among(known.pairs)
-    free = free_values(known.pairs.reference, len(measured.sensors))
-    alone = ~known.pairs.are_among(pairs)[np.nonzero(free)[0]]
-    total = float(np.sum((unpaired_widths(known.rows.quantity) ** 2 / _variance(known.rows, known))[alone]))
-    if not len(pairs):
-        return total
-    seen = values_of(measured, pairs)
-    residual, slopes = residual_of(measured, item.claim, pairs, seen.values, predicted)
-    rows = rows_of(measured, item.claim, pairs, seen.covariance, slopes[:, : item.nuisances], known.inflation)
-    return total + float(np.sum(residual**2 / _variance(rows, known)))
-
-
-def _variance(rows: Rows, known: ModalFit) -> FloatArray:
-    """Return the variance (row,) of what is a recording's own, by the errors of a fit that is ``known``."""
-    return np.asarray(np.diag(rows.own_noise) + rows.varying(known.sizes) ** 2)

@@ -125,7 +125,7 @@ class Likelihood:
         back: FloatArray = np.asarray(np.linalg.inv(capacity), dtype=np.float64)
         along = along - weighted @ (back @ pulled)[:, None]
         outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
-        return value + self.rows.constant, self._slope(sizes, varying, outer, pulled, back)
+        return value + self.rows.log_constant, self._slope(sizes, varying, outer, pulled, back)
 
     def _slope(
         self, sizes: ErrorSizes, varying: FloatArray, outer: FloatArray, pulled: FloatArray, back: FloatArray

@@ -72,7 +72,7 @@ class MeasuredModes:
         """Number of modes."""
         return len(self.log_omega)
 
-    def over(self, reference: IntArray) -> ModeValues:
+    def values_over(self, reference: IntArray) -> ModeValues:
         """Return the values of all modes over their ``reference`` (mode,) entries.
 
         z = v / v_ref has dz = (dv - z dv_ref) / v_ref, which turns the covariance.

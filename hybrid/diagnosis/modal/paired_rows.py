@@ -27,7 +27,7 @@ def values_of(measured: ModalData, pairs: Pairs) -> ModeValues:
     values, covariance = np.zeros((len(pairs), size)), np.zeros((len(pairs), size, size))
     for recording, own in enumerate(measured.recordings):
         here = np.flatnonzero(pairs.recording == recording)
-        known = own.over(pairs.references_in(recording, own.count)).take(pairs.measured[here])
+        known = own.values_over(pairs.references_in(recording, own.count)).take(pairs.measured[here])
         values[here], covariance[here] = known.values, known.covariance
     return ModeValues(values, covariance)
 
@@ -49,7 +49,7 @@ def residual_of(
         if not here.any():
             continue
         kept = hypothesis.parameters_of(idle)
-        every = modes.over(pairs.mode[here], pairs.reference[here])  # (variant, pair, value)
+        every = modes.values_over(pairs.mode[here], pairs.reference[here])  # (variant, pair, value)
         residual[here] = values[here] - every[0]
         moved = FIT.difference_step * hypothesis.less(idle).width
         own = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)

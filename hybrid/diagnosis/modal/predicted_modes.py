@@ -39,7 +39,7 @@ class PredictedModes:
         """The damping ratios (variant, mode)."""
         return np.asarray(-self.roots.real / np.abs(self.roots))
 
-    def over(self, mode: IntArray, reference: IntArray) -> FloatArray:
+    def values_over(self, mode: IntArray, reference: IntArray) -> FloatArray:
         """Return the values (variant, row, value) of each ``mode`` (row,), or (variant, row), its shape over its
         ``reference`` (row,) entry; see `mode_values`.
         """

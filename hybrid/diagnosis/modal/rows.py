@@ -75,6 +75,6 @@ class Rows:
         return np.array([UNKNOWN_CHANGE[name] for name in MODE_QUANTITIES])[self.quantity] * self.changed
 
     @property
-    def constant(self) -> float:
+    def log_constant(self) -> float:
         """What a log density of so many rows has whatever they are."""
         return -0.5 * len(self.quantity) * float(np.log(2 * np.pi))

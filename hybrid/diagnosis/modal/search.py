@@ -88,8 +88,9 @@ class Search:
 
     def log_odds(self, claim: Claim) -> float:
         """Return the log probability of a claim before anything is measured, but for what all have in common."""
-        count = len(claim.acts) + bool(claim.changed)
-        prior = sum(float(np.log(SCAN.further if number else 1 - PRIOR_NOTHING_WRONG)) for number in range(count))
+        count, prior = len(claim.acts) + bool(claim.changed), 0.0
+        for number in range(count):
+            prior += float(np.log(SCAN.further_probability if number else 1 - PRIOR_NOTHING_WRONG))
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
             prior += self.odds.log(candidate) + self._log_odds_of_acting(acts)
         if claim.changed:
@@ -138,7 +139,7 @@ class Search:
 
     def _kept(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return the best of the fits, that further causes are added to."""
-        ranked = self.ranked(fits)[: SCAN.kept]
+        ranked = self.ranked(fits)[: SCAN.max_kept]
         return [item for item in ranked if self.score(item) > self.score(ranked[0]) - SCAN.beam_nats]
 
     def run_changes(self, null: ModalFit) -> list[ModalFit]:
@@ -151,7 +152,7 @@ class Search:
             return []
         groups = [group for group in self.groups if len(group) < self.count]
         guessed = [refitted_errors(self.measured, null, Claim(null.claim.hypothesis, (), group)) for group in groups]
-        best = self.ranked(guessed)[: SCAN.kept]
+        best = self.ranked(guessed)[: SCAN.max_kept]
         found = [
             fit_claim(self.measured, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in best
         ]
@@ -188,8 +189,8 @@ class Search:
         found = []
         for groups, present in parts:
             trials = self._ranked_trials(scan(self.measured, present, self.candidates, groups))
-            more = [] if beside is None else [trial for trial in trials[SCAN.polished :] if beside.has(trial)]
-            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.polished], *more]]
+            more = [] if beside is None else [trial for trial in trials[SCAN.max_polished :] if beside.has(trial)]
+            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.max_polished], *more]]
             found += self._polished(starts)
         return found
 
@@ -228,7 +229,7 @@ class Search:
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
         items = [item for item in parallel_map(self._fitted, starts) if item is not None]
-        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
+        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.max_fitted]
         return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
 
     def _fitted(self, start: Start) -> ModalFit | None:
@@ -257,7 +258,7 @@ class Search:
         others are sought with the values as they are beside it.
         """
         found = list[ModalFit]()
-        for move in range(SCAN.moves):
+        for move in range(SCAN.max_moves):
             each = [self._with_cause_exchanged(best, number, anywhere and move == 0) for number in numbers]
             more = [item for fits in each for item in fits]
             found += more

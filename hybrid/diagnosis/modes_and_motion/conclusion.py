@@ -14,7 +14,8 @@ from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.discrepancy.size import Discrepancy, RemainingDiscrepancy
 from hybrid.diagnosis.modal.config import CONCLUSION
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn, misfit_of
+from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
+from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import ConsideredHypothesis, considered_by_modes, considered_laws
@@ -46,35 +47,26 @@ from hybrid.identification.identification import Identification
 
 @dataclass(frozen=True, repr=False)
 class ModalDiagnosis:
-    """All that modes say: ``verdict``; ``findings``, local causes first, then groups that are off by more than was
-    stated; ``calibration`` of all nominal values; ``unexplained``: share of the drawn structure's misfit that is left;
-    the ``states`` that recordings distinguish; every measured mode beside the structure's (``modes``); the ``extended``
-    structure; ``notes``; ``seconds`` that it took; ``has_motion``: whether there were recordings, which show force
-    laws of structures, too; ``forecasts`` of those for testing, None where none were made; ``groups``: how many of the
-    findings, the last ones, are groups that are off; ``next_measurement``: which would decide between rivals, None
-    where there are none. Which kinds of causes ``competed``; what was ``considered``, most probable first, and
-    ``considered_laws``, where these were sought; whether the motion ``strays`` from that of constant values by more
-    than any law explains; what was ``identified`` in the recordings, by their names.
-    """
+    """All that modes and motion say."""
 
     verdict: Verdict
-    findings: tuple[Finding, ...]
-    calibration: tuple[Calibrated, ...]
-    unexplained: float
-    states: tuple[State, ...]
-    modes: tuple[PairedMode, ...]
-    extended: Structure | ExtendedMatrices
+    findings: tuple[Finding, ...]  # local causes first, then groups that are off by more than was stated
+    calibration: tuple[Calibrated, ...]  # of all nominal values
+    unexplained: float  # share of the drawn structure's misfit that is left
+    states: tuple[State, ...]  # that the recordings distinguish
+    modes: tuple[PairedMode, ...]  # every measured mode beside the structure's
+    extended: Structure | ExtendedMatrices  # the structure with what was found
     notes: tuple[str, ...]
-    seconds: float
-    has_motion: bool
-    forecasts: Forecasts | None
-    groups: int
-    next_measurement: NextMeasurement | None = None
-    competed: tuple[str, ...] = ()
-    considered: tuple[ConsideredHypothesis, ...] = ()
-    considered_laws: tuple[ConsideredHypothesis, ...] = ()
-    strays: bool = False
-    identified: Mapping[str, Identification] = field(default_factory=dict)
+    seconds: float  # that it took
+    has_motion: bool  # whether there were recordings, which show force laws of structures, too
+    forecasts: Forecasts | None  # of the recordings for testing, None where none were made
+    groups: int  # how many of the findings, the last ones, are groups that are off
+    next_measurement: NextMeasurement | None = None  # that would decide between rivals, None where there are none
+    competed: tuple[str, ...] = ()  # kinds of causes
+    considered: tuple[ConsideredHypothesis, ...] = ()  # by modes, most probable first
+    considered_laws: tuple[ConsideredHypothesis, ...] = ()  # where laws were sought
+    strays: bool = False  # whether the motion is not that of constant values, by more than any law explains
+    identified: Mapping[str, Identification] = field(default_factory=dict)  # in the recordings, by their names
 
     @property
     def is_far(self) -> bool:

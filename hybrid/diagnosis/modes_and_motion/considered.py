@@ -10,7 +10,8 @@ from fe_models.causes.candidate import Candidate
 from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 
 MAX_TOLD = 12  # hypotheses that are told; all others are less probable

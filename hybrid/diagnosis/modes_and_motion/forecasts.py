@@ -156,17 +156,17 @@ def _drawn(dataset: Dataset, drawn: NominalFit) -> list[ModalSpace]:
 def _spaces(dataset: Dataset, motion: MotionFit) -> list[ModalSpace]:
     """Return the modes of each state that recordings distinguish, where recordings have them."""
     numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    claim, settled = motion.fit.claim, motion.track.discrepancy.whole <= SETTLING.most_whole
+    claim, settled = motion.fit.claim, motion.track.discrepancy.whole <= SETTLING.max_whole
     states: dict[tuple[int, ...], ExpectedModes] = {}
     for number, own in zip(numbers, motion.track.expected.modes, strict=True):
         states.setdefault(claim.idle_in(number), own)
     if settled or motion.law is not None:
         return [own.space for own in states.values()]
-    every = list(dict.fromkeys(numbers))
-    return [
-        own.by(errors_of_state(motion.measured, motion.fit, own, [k for k in every if claim.idle_in(k) == idle])).space
-        for idle, own in states.items()
-    ]
+    found = []
+    for idle, own in states.items():
+        recordings = [number for number in dict.fromkeys(numbers) if claim.idle_in(number) == idle]
+        found.append(own.moved_by(errors_of_state(motion.measured, motion.fit, own, recordings)).space)
+    return found
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:

@@ -85,4 +85,4 @@ def _settled_track(dataset: Dataset, measured: ModalData, fit: ModalFit) -> Trac
     so that its phases say less of them than identification does.
     """
     track = track_of(dataset, measured, fit)
-    return track if track is None or track.discrepancy.whole > SETTLING.most_whole else settled(track, ())
+    return track if track is None or track.discrepancy.whole > SETTLING.max_whole else settled(track, ())

@@ -123,8 +123,8 @@ def _entries(
         modes = predicted_modes(hypothesis, thetas, outputs, hardly_differ=True)
         if modes is None or modes.roots.shape[1] <= shared.mode[number, here].max():
             return None
-        every = shapes_in(modes.over(shared.mode[number, here], shared.reference[here]))  # (variant, pair, sensor)
-        own = every[..., len(measured.sensors) :]
+        values = modes.values_over(shared.mode[number, here], shared.reference[here])
+        own = shapes_in(values)[..., len(measured.sensors) :]  # (variant, pair, sensor)
         own = np.stack([own.real, own.imag], axis=2)
         orders = measured.orders[shared.reference[here]]  # a shape is one of displacements, whatever sensors show
         log_omega = modes.log_omega[0, shared.mode[number, here]]
@@ -145,7 +145,7 @@ def _noise(measured: ModalData, sizes: ErrorSizes, shared: Shared) -> FloatArray
         modes = measured.recordings[shared.recording[row]]
         reference = np.zeros(modes.count, dtype=int)
         reference[shared.measured[row]] = shared.reference[row]
-        covariance = modes.over(reference).covariance[shared.measured[row]]
+        covariance = modes.values_over(reference).covariance[shared.measured[row]]
         variances = np.diagonal(covariance)[SHAPE].reshape(2, sensors)
         others = np.arange(sensors) != shared.reference[row]  # the reference itself is one, without error
         own[row] = np.median(variances[:, others], axis=1) if others.any() else variances[:, 0]
