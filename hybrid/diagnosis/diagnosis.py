@@ -49,6 +49,9 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
+    """Return the answer of the only search that the dataset allows; else that of the search that a first look at the
+    modes takes for the better one, and of the other one, too, where it leaves something open.
+    """
     if dataset.modes:
         found = _by_modes(look_at(dataset, tell), tell)
         return replace(found, notes=(*found.notes, MODES_ALONE)) if dataset.recordings else found
@@ -70,9 +73,9 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     if _is_settled(modal) or modal.is_far:
         return modal
     _skip(MODAL_STAGES, tell)
-    begun = SeriesSearch.begun(dataset, tell)
-    hopeless = modal.strays and not look.measured.nominal.is_chain and begun.singles.are_hopeless
-    return _better(_seen_in(look, begun.finished(tell, pairs=not hopeless)), modal)
+    search = SeriesSearch.with_singles(dataset, tell)
+    hopeless = modal.strays and not look.measured.nominal.is_chain and search.singles.are_hopeless
+    return _better(_seen_in(look, search.finished(tell, pairs=not hopeless)), modal)
 
 
 def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]) -> Answer:
@@ -83,21 +86,22 @@ def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]
     values, a force law in it is looked for before; where none explains it, two causes at once are not tried.
     """
     _skip(MODAL_STAGES[len(LOOK_STAGES) :], tell)
-    begun, one = SeriesSearch.begun(dataset, tell), OneStructure(look)
-    is_sought = not look.measured.nominal.is_chain and begun.singles.are_hopeless and not one.moves_by_constants
-    if is_sought:
+    search, one_structure = SeriesSearch.with_singles(dataset, tell), OneStructure(look)
+    hopeless = not look.measured.nominal.is_chain and search.singles.are_hopeless
+    law_is_sought = hopeless and not one_structure.moves_by_constants
+    if law_is_sought:
         tell("a force law in the motion")
-        law = one.by_law()
+        law = one_structure.by_law()
         if law is not None and _explains(law):
             _skip(SERIES_STAGES, tell)
             return law
-    series = _seen_in(look, begun.finished(tell, pairs=not is_sought))
-    if not series.verdict.is_wanting or is_sought:
+    series = _seen_in(look, search.finished(tell, pairs=not law_is_sought))
+    if not series.verdict.is_wanting or law_is_sought:
         return series
     if look.differs:
         modal: ModalDiagnosis | None = _by_modes(look, tell)
     else:
-        modal = one.by_all(tell) if one.moves_by_constants else one.by_law()
+        modal = one_structure.by_all(tell) if one_structure.moves_by_constants else one_structure.by_law()
     return modal if modal is not None and _explains(modal) else series
 
 
@@ -154,12 +158,13 @@ def _better(series: Diagnosis, modal: ModalDiagnosis) -> Answer:
     """Return the answer that explains more: all rather than a part, by a cause rather than by none, surely rather than
     perhaps.
     """
+    return modal if _merit(modal) > _merit(series) else series
 
-    def merit(found: Answer) -> tuple[bool, bool, float]:
-        least = min((finding.probability for finding in found.findings), default=0.0)
-        return not found.verdict.is_wanting, bool(found.findings), least
 
-    return modal if merit(modal) > merit(series) else series
+def _merit(found: Answer) -> tuple[bool, bool, float]:
+    """Return what an answer is worth: whether it explains all, whether it names a cause, and how surely."""
+    least = min((finding.probability for finding in found.findings), default=0.0)
+    return not found.verdict.is_wanting, bool(found.findings), least
 
 
 def _skip(stages: tuple[str, ...], tell: Callable[[str], object]) -> None:

@@ -20,14 +20,14 @@ from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import ConsideredHypothesis, considered_by_modes, considered_laws
 from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, Forecasts
-from hybrid.diagnosis.modes_and_motion.look import surely_off
+from hybrid.diagnosis.modes_and_motion.look import parts_surely_off
 from hybrid.diagnosis.modes_and_motion.modal_findings import (
     State,
-    as_sure,
     by_importance,
+    depending_on,
     findings_of,
     law_finding,
-    share_of_two,
+    probability_of_two,
     states_of,
 )
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
@@ -198,10 +198,10 @@ def _with_law(
     """Return the force law that explains the motion, if any, before the ``causes`` of the ``best`` claim."""
     if laws is None or explained is None or explained.law is None:
         return _LocalFindings(causes)
-    two = share_of_two(measured, best, explained.law.candidate)
+    two = probability_of_two(measured, best, explained.law.candidate)
     listed = two * (1 - laws.other)
-    law = as_sure(law_finding(measured, laws, explained), two)
-    return _LocalFindings((law, *(as_sure(cause, listed) for cause in causes)), two, listed)
+    law = depending_on(law_finding(measured, laws, explained), two)
+    return _LocalFindings((law, *(depending_on(cause, listed) for cause in causes)), two, listed)
 
 
 def _calibration(measured: ModalData, best: ModalFit) -> tuple[Calibrated, ...]:
@@ -227,7 +227,7 @@ def _beside_unknown(finding: Finding, left: Discrepancy, recordings: int) -> Fin
     """
     if len(set(finding.recordings)) < recordings:
         return finding
-    return as_sure(finding, 0.5 * (1 + left.usual_probability))
+    return depending_on(finding, 0.5 * (1 + left.usual_probability))
 
 
 def _groups_off(measured: ModalData, best: ModalFit) -> tuple[Finding, ...]:
@@ -235,7 +235,7 @@ def _groups_off(measured: ModalData, best: ModalFit) -> tuple[Finding, ...]:
     nominal, found = measured.nominal, []
     errors, total = np.sqrt(np.diag(best.covariance)), best.theta[: best.nuisances] + measured.offset
     every = tuple(own.name for own in measured.recordings)
-    for number, surely in surely_off(measured, best).items():
+    for number, surely in parts_surely_off(measured, best).items():
         part, error = nominal.parts[number], errors[number]
         factor = float(np.exp(total[number]))
         kind = StiffnessChange if part.quantity == "stiffness" else MassChange

@@ -52,7 +52,7 @@ class Look:
     @property
     def is_far(self) -> bool:
         """Whether the structure is off in more than one place by more than was stated."""
-        return len(surely_off(self.measured, self.drawn)) >= SEARCH_CHOICE.far_groups
+        return len(parts_surely_off(self.measured, self.drawn)) >= SEARCH_CHOICE.far_groups
 
     @cached_property
     def differs(self) -> bool:
@@ -113,7 +113,7 @@ def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> Floa
     return found
 
 
-def surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
+def parts_surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
     """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each, by
     its own uncertainty.
     """

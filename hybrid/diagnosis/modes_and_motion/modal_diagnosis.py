@@ -31,7 +31,7 @@ from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion
 from hybrid.diagnosis.modes_and_motion.look import Look, look_at, rebased
 from hybrid.diagnosis.modes_and_motion.modes_less_law import measured_less_law
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, motion_by_claim, motion_by_law
-from hybrid.diagnosis.modes_and_motion.unsure_modes import ranked_beside
+from hybrid.diagnosis.modes_and_motion.unsure_modes import ranked_with_unsure_modes
 from hybrid.diagnosis.recorded.amount import limited
 
 UNKNOWN_FORCES = (
@@ -189,7 +189,7 @@ def _beside_unknown(look: Look, known: _ClaimSearch, laws: LawSearch, motion: Fo
     left = motion.explained.track.discrepancy
     if left.is_usual:
         return ModesAndMotion(known.claims, laws, motion)
-    fits, probability = ranked_beside(left, known.measured, known.search, known.fits)
+    fits, probability = ranked_with_unsure_modes(left, known.measured, known.search, known.fits)
     claims = Claims(known.measured, fits, probability)
     explained = None if fits[0] is known.fits[0] else motion_by_claim(look.dataset, known.measured, fits[0])
     if explained is not None:

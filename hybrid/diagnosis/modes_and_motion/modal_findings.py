@@ -15,7 +15,7 @@ from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY
-from hybrid.diagnosis.modes_and_motion.look import surely_off
+from hybrid.diagnosis.modes_and_motion.look import parts_surely_off
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
@@ -92,7 +92,7 @@ def law_finding(measured: ModalData, laws: LawSearch, motion: MotionFit) -> Find
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 
-def share_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -> float:
+def probability_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -> float:
     """Return how probable it is that a law and a cause of a fit at its very place are two, and not one that is not on
     the list, which both resemble: by chance they seldom meet. One where none is there.
     """
@@ -105,7 +105,7 @@ def share_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -> floa
     return two / (two + DISCREPANCY.odds_off_list)
 
 
-def as_sure(finding: Finding, surely: float) -> Finding:
+def depending_on(finding: Finding, surely: float) -> Finding:
     """Return a finding that is right only where something else is, of a probability ``surely``."""
     if surely == 1.0:
         return finding
@@ -142,7 +142,7 @@ def _finding(
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
 
-def _says_so(measured: ModalData, item: ModalFit, best: ModalFit, number: int) -> bool:
+def _is_nominal_value(measured: ModalData, item: ModalFit, best: ModalFit, number: int) -> bool:
     """Return whether a fit without a cause of the ``best`` says the same by a nominal value, to the same side: that of
     a single element alone, too.
     """
@@ -151,7 +151,7 @@ def _says_so(measured: ModalData, item: ModalFit, best: ModalFit, number: int) -
     cause = candidate.build(*best.theta[part].tolist())
     if own is None or not isinstance(cause, StiffnessChange):
         return False
-    if len(best.claim.acts[number]) < len(measured.recordings) or own not in surely_off(measured, item):
+    if len(best.claim.acts[number]) < len(measured.recordings) or own not in parts_surely_off(measured, item):
         return False
     if measured.nominal.parts[own].elements != (candidate.location.get("element"),):
         return False
@@ -168,7 +168,7 @@ def _rivals(
     named, unknown, without, rivals = 0.0, 0.0, 0.0, dict[str, tuple[Alternative, float]]()
     for item, own in zip(fits, probability, strict=True):
         candidates = item.claim.hypothesis.candidates
-        if wanted in {candidate.key for candidate in candidates} or _says_so(measured, item, best, number):
+        if wanted in {candidate.key for candidate in candidates} or _is_nominal_value(measured, item, best, number):
             named += own
             continue
         instead = [candidate for candidate in candidates if candidate.key not in others]

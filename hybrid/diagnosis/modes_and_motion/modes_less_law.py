@@ -20,11 +20,11 @@ def measured_less_law(dataset: Dataset, laws: LawSearch, under: ModalData) -> Mo
     """Return what was measured of the structure without the law that is named; ``under``: with it."""
     linear, _ = measured_in(without_law(dataset, laws), lambda _: None)
     known = {own.name: own for own in under.recordings}
-    recordings = tuple(no_surer(own, known[own.name], linear.orders) for own in linear.recordings)
+    recordings = tuple(widened_by_law(own, known[own.name], linear.orders) for own in linear.recordings)
     return replace(linear, recordings=recordings)
 
 
-def no_surer(left: MeasuredModes, under: MeasuredModes, orders: IntArray) -> MeasuredModes:
+def widened_by_law(left: MeasuredModes, under: MeasuredModes, orders: IntArray) -> MeasuredModes:
     """Return the modes that are ``left``, each value as uncertain as what the law makes of it, ``under``, is known."""
     numbers, covariance = paired(left, under.log_omega, under.shapes, orders), left.covariance.copy()
     for mode in np.flatnonzero(numbers >= 0):
