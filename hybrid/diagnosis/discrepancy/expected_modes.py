@@ -36,7 +36,7 @@ class ExpectedModes:
 
     @property
     def free(self) -> BoolArray:
-        """Which of all values (mode, value) say something: not the reference entries."""
+        """Which of all values (mode, value) say something: all but those of reference entries."""
         return free_values(self.reference, len(self.space.shown))
 
     def moved_by(self, step: FloatArray) -> "ExpectedModes":

@@ -125,6 +125,7 @@ class Forecaster:
         return np.array([self._free(batch, number) for number in range(len(batch.names))])
 
     def _free(self, batch: Batch, number: int) -> FloatArray:
+        """Return the channels (time, sensor) of a recording whose motion goes on freely."""
         begun = self.beginning_of(batch, number)
         output, n = self.systems[begun.index].C[0], begun.space.count
         last = len(begun.states) - 1
@@ -135,12 +136,16 @@ class Forecaster:
         return np.concatenate([begun.states, going_on]) @ output.T
 
     def _remembering(self, batch: Batch, number: int, law: RememberedForce) -> FloatArray:
+        """Return the channels (time, sensor) of a recording whose motion goes on under a law with a memory."""
         begun = self.beginning_of(batch, number)
         system = self.systems[begun.index]
         states, force = moved_on(law, begun.space, begun.states, batch.samples)
         return np.asarray(states @ system.C[0].T + np.outer(force, system.D[0, :, 0]))
 
     def _under_law(self, batch: Batch) -> FloatArray:
+        """Return the channels (recording, time, sensor) under a law, each by the system that fits its first fifth best;
+        what grows beyond numbers stays large.
+        """
         best, least = np.zeros_like(batch.recorded), np.full(len(batch.data), np.inf)
         far = INITIAL_STATES.max_motion_ratio * float(np.abs(batch.recorded).max())
         (own,) = columns_of((batch.first(shown_of(batch.samples)),), self.roles.measured)

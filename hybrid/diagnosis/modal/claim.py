@@ -17,7 +17,7 @@ class Claim:
     changed: tuple[int, ...] = ()
 
     def idle_in(self, recording: int) -> tuple[int, ...]:
-        """Return the numbers of the candidates that do not act in a recording."""
+        """Return the numbers of the candidates that act in other recordings alone."""
         return tuple(number for number, acts in enumerate(self.acts) if recording not in acts)
 
     def less(self, number: int) -> "Claim":

@@ -13,7 +13,9 @@ Predicted = dict[tuple[int, ...], PredictedModes]
 
 
 def predicted_by(measured: ModalData, claim: Claim, theta: FloatArray) -> Predicted | None:
-    """Return the modes and their slopes, a variant a parameter after the first, by the candidates that do not act."""
+    """Return the modes at ``theta`` (parameter,), the first variant, and with each parameter moved by a little, the
+    others; None where the structure does not stand.
+    """
     found = {}
     for idle in dict.fromkeys(claim.idle_in(recording) for recording in range(len(measured.recordings))):
         hypothesis, kept = claim.hypothesis.less(idle), claim.hypothesis.parameters_of(idle)

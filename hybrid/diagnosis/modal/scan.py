@@ -42,7 +42,7 @@ class Trial:
 
 
 def shows_in_modes(candidate: Candidate) -> bool:
-    """Return whether modes tell a cause, and by one size: not force laws, drifts and harmonic forces."""
+    """Return whether modes tell a cause, by one size: what changes matrices, a mode, or a sensor's gain or delay."""
     drifts = isinstance(candidate, SensorCandidate) and candidate.quantity == "drift"
     return isinstance(candidate, MatrixCandidate | ModeCandidate | SensorCandidate) and not drifts
 

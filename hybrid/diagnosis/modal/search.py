@@ -204,7 +204,7 @@ class Search:
         return self._fitted(Start(base.claim, theta, base.sizes.as_usual, base.inflation))
 
     def _ranked_trials(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return trials by what they may gain of the log posterior; not those that nominal values stand for."""
+        """Return trials by what they may gain of the log posterior, without those that are fitted anyway."""
         own = [trial for trial in trials if len(trial.acts) < self.count or not self._is_fitted_anyway(trial.candidate)]
         return sorted(own, key=lambda trial: -self._promise(trial))
 

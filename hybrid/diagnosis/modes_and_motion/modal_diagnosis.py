@@ -132,6 +132,7 @@ def _search_in(nominal_fit: NominalFit) -> _ClaimSearch:
 
 
 def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> ModalDiagnosis:
+    """Return the diagnosis by claims that are ``known``, and by what the motion shows beside them."""
     tell("force laws")
     evidence = _with_motion(look, known)
     tell("forecasts by modes")
@@ -139,6 +140,7 @@ def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> M
 
 
 def _concluded(look: Look, known: _ClaimSearch, evidence: ModesAndMotion) -> ModalDiagnosis:
+    """Return what the evidence amounts to, with what was identified and what competed."""
     claims, motion = evidence.claims, evidence.motion
     if motion is not None and motion.explained.law is None:  # a law would have to be taken along
         claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))

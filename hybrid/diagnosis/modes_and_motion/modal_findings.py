@@ -129,6 +129,7 @@ def _without(item: ModalFit, number: int) -> ModalFit:
 def _finding(
     measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
 ) -> Finding:
+    """Return candidate ``number`` of the best fit, which explains a ``share`` of the misfit, with its rivals."""
     best = fits[0]
     hypothesis, acts = best.claim.hypothesis, best.claim.acts[number]
     candidate, part = hypothesis.candidates[number], hypothesis.slices[number]
@@ -198,6 +199,7 @@ def states_of(measured: ModalData, best: ModalFit) -> tuple[State, ...]:
 
 
 def _state(measured: ModalData, best: ModalFit, group: list[int]) -> State:
+    """Return the state of a ``group`` of recordings: of each mode the means over these."""
     pairs, rows = best.pairs, []
     for mode in sorted(set(pairs.mode.tolist())):
         here = [n for n in np.flatnonzero(pairs.mode == mode) if pairs.recording[n] in group]
