@@ -16,10 +16,10 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.forecasts import Forecasts
-from hybrid.diagnosis.joint.modal_findings import State
-from hybrid.diagnosis.joint.paired_modes import PairedMode
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.forecasts import Forecasts
+from hybrid.diagnosis.modes_and_motion.modal_findings import State
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.next_measurement.hypotheses import Cause
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Option

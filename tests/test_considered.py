@@ -2,16 +2,19 @@
 
 from dataclasses import replace
 
-from hybrid.diagnosis.joint.considered import NOTHING_ELSE, Considered
+from hybrid.diagnosis.modes_and_motion.considered import NOTHING_ELSE, ConsideredHypothesis
 from hybrid.report.page import Paragraph, Table
 from hybrid.report.rejected import LEFT_OF_MODES, LEFT_OF_MOTION, NONE_REJECTED, rejected
 from tests.pages import answer_by_modes, chain_dataset
 
-FOUND = Considered("stiffness change at element 3", 0.97, 1.02)
-OTHER = Considered("added mass at node 2 in after", 0.02, 4.5)
-NOTHING = Considered(NOTHING_ELSE, 1e-9, 31.0)
+FOUND = ConsideredHypothesis("stiffness change at element 3", 0.97, 1.02)
+OTHER = ConsideredHypothesis("added mass at node 2 in after", 0.02, 4.5)
+NOTHING = ConsideredHypothesis(NOTHING_ELSE, 1e-9, 31.0)
 PLACED = (FOUND, OTHER, NOTHING)
-LAWS = (Considered("cubic spring at node 4 in x", 0.9, 0.004), Considered("no force law", 0.05, 0.021))
+LAWS = (
+    ConsideredHypothesis("cubic spring at node 4 in x", 0.9, 0.004),
+    ConsideredHypothesis("no force law", 0.05, 0.021),
+)
 
 
 def rows_of(table: Table) -> list[tuple[str, ...]]:

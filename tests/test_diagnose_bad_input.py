@@ -23,7 +23,7 @@ from fe_models.structure import Spring
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.wrong_units import shown_otherwise, with_other_units
 from hybrid.diagnosis.diagnosis import diagnose
-from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.nominal.basis import basis_of
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.diagnosis.recorded.offsets import offsets

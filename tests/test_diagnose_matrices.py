@@ -19,7 +19,7 @@ from fe_models.matrix_effects import model_with_effects
 from fe_models.recordings import Assumptions, Sensor, Uncertainty
 from fe_models.structure import Direction
 from hybrid.commands.app import app
-from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.outcome.verdict import Verdict
 from tests.matrices_of import matrices_of
 from tests.space_frames import FOLLOWED, two_storeys

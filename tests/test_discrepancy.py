@@ -13,10 +13,10 @@ from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, slopes_over_time
 from hybrid.diagnosis.discrepancy.kalman import filtered, unexpected
 from hybrid.diagnosis.discrepancy.law_forces import DirectForce
-from hybrid.diagnosis.discrepancy.law_search import share_right, share_usual
-from hybrid.diagnosis.discrepancy.linearisation import linear, linearised
+from hybrid.diagnosis.discrepancy.linearisation import linearised, unforced
 from hybrid.diagnosis.discrepancy.marginal import Marginal
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
+from hybrid.diagnosis.discrepancy.size import right_law_probability, usual_probability
 
 STEP = 0.05
 RNG = np.random.default_rng(5)
@@ -55,12 +55,13 @@ def test_force_moves_modes_as_an_ode_solver_says() -> None:
     A, _ = matrices(space)
     push = np.concatenate([np.zeros(2), pull @ space.shapes])
     times = STEP / DISCREPANCY.parts * np.arange(80 * DISCREPANCY.parts + 1)
-    states = space.motion(space.pushed(np.sin(2.2 * times), pull)[0])
+    push = space.pushed(np.sin(2.2 * times), pull)
+    states = space.motion(push.states)
     known = solve_ivp(
         lambda t, x: A @ x + push * np.sin(2.2 * t), (0, times[-1]), np.zeros(4), rtol=1e-10, atol=1e-12, t_eval=times
     )
     assert np.allclose(states, known.y.T[:: DISCREPANCY.parts], atol=2e-6)  # (7 x 0.0125)^4 of amplitudes near 0.1
-    shown = states @ space.output.T + space.pushed(np.sin(2.2 * times), pull)[1]
+    shown = states @ space.output.T + push.channels
     acceleration = space.shapes[1] @ (A[2:] @ known.y + np.outer(push[2:], np.sin(2.2 * times)))
     assert np.allclose(shown[:, 1], acceleration[:: DISCREPANCY.parts], atol=2e-4)
 
@@ -101,7 +102,7 @@ def _followed() -> FollowedMotion:
 
 def test_filter_is_the_normal_distribution_of_all_samples(followed: FollowedMotion) -> None:
     space, data, noise, begin, push = followed
-    found = filtered(linear(space, 25), data, noise, np.full((25, 2), push), begin, STEP)
+    found = filtered(unforced(space, 25), data, noise, np.full((25, 2), push), begin, STEP)
     with_states, covariance = dense(space, 25, push, noise, begin)
     density = multivariate_normal(np.zeros(50), covariance).logpdf(data.ravel())
     own = -0.5 * np.sum(found.white**2) + found.log_scale - 25 * np.log(2 * np.pi)
@@ -114,9 +115,9 @@ def test_what_is_unexpected_is_what_more_data_would_bring(followed: FollowedMoti
     space, data, noise, begin, push = followed
     pushes = np.full((25, 2), push)
     added, shown = RNG.standard_normal((25, 4)), RNG.standard_normal((25, 2))
-    before = filtered(linear(space, 25), data, noise, pushes, begin, STEP)
+    before = filtered(unforced(space, 25), data, noise, pushes, begin, STEP)
     more = data + space.motion(added) @ space.output.T + shown
-    after = filtered(linear(space, 25), more, noise, pushes, begin, STEP)
+    after = filtered(unforced(space, 25), more, noise, pushes, begin, STEP)
     assert np.allclose(after.white - before.white, unexpected(before, added[None], shown[None])[0], atol=1e-9)
 
 
@@ -126,16 +127,16 @@ def test_slopes_are_those_of_a_filter_whose_modes_are_off() -> None:
     states = np.array([np.linalg.matrix_power(space.whole_transition, t) @ [1.0, 0.5, 0.2, -2.0] for t in range(200)])
     data, noise, pushes = states @ space.output.T, np.array([1e-4, 1e-2]), np.full((200, 2), 1e-8)
     begin = np.full(4, 100.0)
-    known = filtered(linear(space, 200), data, noise, pushes, begin, STEP)
+    known = filtered(unforced(space, 200), data, noise, pushes, begin, STEP)
     modes = ExpectedModes(space, np.array([0, 0]), np.zeros((8, 1)), np.zeros(8))
-    slopes = unexpected(known, *slopes_over_time(modes, known.states, space.between(known.states), 1))
+    slopes = unexpected(known, *slopes_over_time(modes, known.states, space.fine_motion(known.states), 1))
     off = 1e-5
     for number, other in (
         (0, replace(space, omega=space.omega * np.exp([0.0, -off]))),
         (1, replace(space, ratio=space.ratio - np.array([0.0, off]))),
         (2, replace(space, shown=space.shown - off * np.outer([0, 1], [0, space.shown[0, 1]]))),
     ):
-        before = filtered(linear(other, 200), data, noise, pushes, begin, STEP)
+        before = filtered(unforced(other, 200), data, noise, pushes, begin, STEP)
         change = (before.white - known.white) / off
         assert np.allclose(slopes[number], change, atol=2e-3 * np.abs(change).max())  # what is of second order
 
@@ -196,7 +197,7 @@ def test_amplitude_makes_the_motion() -> None:
 
 def test_law_that_leaves_what_right_models_leave_is_right() -> None:
     usual = DISCREPANCY.usual_size
-    assert share_right(50 * usual, usual) > 0.99
-    assert share_right(50 * usual, 40 * usual) < 0.1
-    assert share_usual(usual / 10) == 1.0
-    assert share_usual(50 * usual) < 0.05
+    assert right_law_probability(50 * usual, usual) > 0.99
+    assert right_law_probability(50 * usual, 40 * usual) < 0.1
+    assert usual_probability(usual / 10) == 1.0
+    assert usual_probability(50 * usual) < 0.05

@@ -7,10 +7,11 @@ from fe_models.causes import AddedMass, Cause, CubicSpring, PointDamper
 from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.joint.modal_findings import as_sure, share_of_two
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modes_and_motion.modal_findings import depending_on, probability_of_two
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
 from tests.blind_results import HEAVY, WEAK_2, finding
@@ -32,11 +33,11 @@ def test_a_law_and_a_cause_seldom_meet(dataset: Dataset, other: type[Cause], nod
 
     law, own = at(CubicSpring.kind, 2), at(other.kind, node)
     assert isinstance(law, LawCandidate)
-    share = share_of_two(measured, fitted(measured, own), law)
+    share = probability_of_two(measured, fitted(measured, own), law)
     assert share < 0.2 if meets else share == 1.0
 
 
-def fitted(measured: Measured, own: Candidate) -> ModalFit:
+def fitted(measured: ModalData, own: Candidate) -> ModalFit:
     claim = Claim(measured.null.hypothesis.adding(own), ((0,),))
     theta = np.append(np.zeros(len(measured.nominal.spread)), own.neutral)
     found = fit_claim(measured, claim, theta, ErrorSizes(), 1, errors_too=False)
@@ -46,9 +47,9 @@ def fitted(measured: Measured, own: Candidate) -> ModalFit:
 
 def test_what_hangs_on_something_else_gives_its_share_to_what_is_not_on_the_list() -> None:
     sure = finding(WEAK_2, 0.8, 0.0, 0.01, HEAVY)  # with a rival of 0.1
-    found = as_sure(sure, 0.5)
+    found = depending_on(sure, 0.5)
     assert found.probability == pytest.approx(0.4)
     assert {own.kind: own.probability for own in found.alternatives} == pytest.approx(
         {HEAVY.kind: 0.05, NOT_ON_THE_LIST: 0.55}
     )
-    assert as_sure(sure, 1.0) is sure
+    assert depending_on(sure, 1.0) is sure

@@ -8,10 +8,10 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Structure
 from fe_models.uncertain_parts import uncertain_parts
-from hybrid.diagnosis.joint.look import rebased
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
+from hybrid.diagnosis.modes_and_motion.look import rebased
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
 RATE, HIGHEST = 80.0, 30.0  # Hz
@@ -54,9 +54,9 @@ def test_modes_that_a_drawing_has_beyond_the_band_are_followed() -> None:
     still = np.random.default_rng(0).standard_normal((1, 400, len(SENSORS)))
     dataset = Dataset(drawn(), RATE, SENSORS, (Recording("r", still),), lowpass=HIGHEST)
     nominal, modes = nominal_model_of(dataset).undispersed, modes_in_band(softer())
-    measured = Measured(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, (modes,))
+    measured = ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, (modes,))
     null = null_fit(measured)
     assert null is not None
-    found, again = rebased(dataset, measured, null)
-    assert found.nominal.size > nominal.size
-    assert len(again.pairs) == len(modes.log_omega)
+    found = rebased(dataset, NominalFit(measured, null))
+    assert found.measured.nominal.size > nominal.size
+    assert len(found.fit.pairs) == modes.count

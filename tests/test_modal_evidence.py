@@ -14,16 +14,18 @@ from fe_models.causes.places import Motion
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
-from hybrid.diagnosis.joint.measured_in_dataset import measured_in
-from hybrid.diagnosis.joint.modal_findings import findings_of, states_of
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes, sizes_of
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import fit_claim
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import null_fit
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
-from hybrid.diagnosis.modal.search import Search, null_fit, probabilities
+from hybrid.diagnosis.modal.search import Search, probabilities
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
+from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
@@ -71,13 +73,13 @@ def dataset() -> Dataset:
     return Dataset(chain(), RATE, SENSORS, (Recording("before", still), Recording("after", still)))
 
 
-def measured_of(dataset: Dataset, *recordings: MeasuredModes) -> Measured:
+def measured_of(dataset: Dataset, *recordings: MeasuredModes) -> ModalData:
     """Return the evidence of these modes."""
     nominal = nominal_model_of(dataset).undispersed
-    return Measured(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, recordings)
+    return ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, recordings)
 
 
-def search_of(dataset: Dataset, measured: Measured) -> Search:
+def search_of(dataset: Dataset, measured: ModalData) -> Search:
     """Return the search over all causes."""
     omega, shapes = measured.nominal.modes
     moved = np.random.default_rng(1).standard_normal((50, COUNT))
@@ -166,13 +168,13 @@ def test_shapes_over_another_entry_scatter_as_their_covariance_says() -> None:
     rng = np.random.default_rng(3)
     clean = modes_of(chain(), "a", np.random.default_rng(4))
     reference = np.argmin(np.abs(np.abs(clean.shapes) - 0.5), axis=1)  # neither the largest nor next to nothing
-    values, covariance = clean.over(reference)
+    known = clean.values_over(reference)
     drawn = []
     for _ in range(400):
         noise = SHAPE_ERROR * (rng.standard_normal((COUNT, COUNT)) + 1j * rng.standard_normal((COUNT, COUNT)))
-        drawn.append(replace(clean, shapes=clean.shapes + noise).over(reference)[0] - values)
+        drawn.append(replace(clean, shapes=clean.shapes + noise).values_over(reference).values - known.values)
     scatter = np.sqrt(np.mean(np.square(drawn), axis=0))[:, 2:]
-    said = np.sqrt(np.diagonal(covariance, axis1=1, axis2=2))[:, 2:]
+    said = np.sqrt(np.diagonal(known.covariance, axis1=1, axis2=2))[:, 2:]
     free = said > 0.1 * SHAPE_ERROR  # not the reference entries
     np.testing.assert_allclose(scatter[free] / said[free], 1.0, atol=0.15)  # of 400 draws: 3.5 %, four of these
 
@@ -280,7 +282,7 @@ def test_one_frequency_that_is_identified_wrongly_moves_no_value(dataset: Datase
     clean, found = null_fit(measured_of(dataset, *right)), null_fit(measured)
     assert clean is not None
     assert found is not None
-    assert found.inflation[1, 2][0] > 2
-    assert max(own[0] for place, own in found.inflation.items() if place != (1, 2)) < 1.5
+    assert found.inflation[1, 2].frequency > 2
+    assert max(own.frequency for place, own in found.inflation.items() if place != (1, 2)) < 1.5
     errors = np.sqrt(np.diag(clean.covariance))
     assert np.abs((found.theta - clean.theta) / errors).max() < 1.2  # under a normal distribution: 1.7

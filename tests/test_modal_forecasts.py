@@ -16,12 +16,12 @@ from hybrid.diagnosis.discrepancy.forecasting import Forecaster, system_of_modes
 from hybrid.diagnosis.discrepancy.law_fit import LawFit
 from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.settling import settled
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.forecasts import forecasts_of
-from hybrid.diagnosis.joint.found import Found, found_by_modes
-from hybrid.diagnosis.joint.look import look_at
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.forecasts import forecasts_of
+from hybrid.diagnosis.modes_and_motion.look import look_at
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, motion_by_claim
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.marching import respond
@@ -46,21 +46,21 @@ def nothing(what: str) -> None:
 
 
 @pytest.fixture(scope="module")
-def far() -> tuple[fe.Dataset, Found]:
+def far() -> tuple[fe.Dataset, MotionFit]:
     """A chain that is off by a fifth, and the motion as its groups explain it."""
     truth = chain(OFF)
     dataset = recorded({"a": truth, "b": truth, "c": truth}, ("c",))
     look = look_at(dataset, nothing)
-    found = found_by_modes(look.dataset, look.measured, look.drawn)
+    found = motion_by_claim(look.dataset, look.measured, look.drawn)
     assert found is not None
     return dataset, found
 
 
-def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tuple[fe.Dataset, Found]) -> None:
+def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tuple[fe.Dataset, MotionFit]) -> None:
     """Noise of 1 % of each channel's rms; a chance of a tenth on the floor's own estimate of it."""
     dataset, found = far
     look = look_at(dataset, nothing)
-    forecasts = forecasts_of(dataset, (look.measured, look.drawn), found)
+    forecasts = forecasts_of(dataset, look.nominal_fit, found)
     assert forecasts is not None
     own = dataset.select("test")[0].data[0]
     rest = own[len(own) // 5 :]
@@ -74,7 +74,7 @@ def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tu
     assert forecasts.unexplained < 1e-3
 
 
-def test_modes_settle_where_the_recordings_have_them(far: tuple[fe.Dataset, Found]) -> None:
+def test_modes_settle_where_the_recordings_have_them(far: tuple[fe.Dataset, MotionFit]) -> None:
     """From values that are a half per cent off: frequencies come back to a ten-thousandth, as 40 s of them tell."""
     dataset, found = far
     fit: ModalFit = found.fit
@@ -89,7 +89,7 @@ def test_modes_settle_where_the_recordings_have_them(far: tuple[fe.Dataset, Foun
     np.testing.assert_allclose(again.spaces[0].ratio, 0.01, atol=2e-4)
 
 
-def test_modes_under_a_law_move_as_an_ode_solver_says(far: tuple[fe.Dataset, Found]) -> None:
+def test_modes_under_a_law_move_as_an_ode_solver_says(far: tuple[fe.Dataset, MotionFit]) -> None:
     _, found = far
     nominal, space = found.measured.nominal, found.track.spaces[0]
     law = cubic_beside(found)
@@ -113,7 +113,7 @@ def test_modes_under_a_law_move_as_an_ode_solver_says(far: tuple[fe.Dataset, Fou
     np.testing.assert_allclose(moved, shown, atol=2e-3 * np.abs(shown).max())  # of a table's and a step's errors
 
 
-def cubic_beside(found: Found) -> LawFit:
+def cubic_beside(found: MotionFit) -> LawFit:
     """Return a hardening spring at the first mass, strong where all modes move by a fiftieth."""
     shapes = found.track.spaces[0].shapes
     states = np.random.default_rng(0).standard_normal((50, shapes.shape[1]))
@@ -125,7 +125,7 @@ def cubic_beside(found: Found) -> LawFit:
     return LawFit(law, np.array([2e6]), np.eye(1), 0.0, found.track)
 
 
-def test_a_recording_of_each_state_is_forecast_by_its_own(far: tuple[fe.Dataset, Found]) -> None:
+def test_a_recording_of_each_state_is_forecast_by_its_own(far: tuple[fe.Dataset, MotionFit]) -> None:
     """Of two systems that of the recording itself is taken, though the other one is asked first."""
     dataset, found = far
     nominal, space = found.measured.nominal, found.track.spaces[0]
@@ -161,10 +161,10 @@ def test_without_recordings_for_testing_each_is_forecast_by_the_others() -> None
     truth = chain(OFF)
     dataset = recorded({"a": truth, "b": truth, "c": truth})
     look = look_at(dataset, nothing)
-    found = found_by_modes(look.dataset, look.measured, look.drawn)
+    found = motion_by_claim(look.dataset, look.measured, look.drawn)
     assert found is not None
-    forecasts = forecasts_of(dataset, (look.measured, look.drawn), found)
+    forecasts = forecasts_of(dataset, look.nominal_fit, found)
     assert forecasts is not None
     assert forecasts.after.nrmse.shape == (3, len(SENSORS))
     assert forecasts.reach_noise
-    assert forecasts_of(recorded({"a": truth}), (look.measured, look.drawn), found) is None
+    assert forecasts_of(recorded({"a": truth}), look.nominal_fit, found) is None

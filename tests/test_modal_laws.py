@@ -4,8 +4,8 @@ import pytest
 
 from benchmarks.blind.judging import key_of
 from benchmarks.blind_cases import BlindConfig, blind_case
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.outcome.verdict import Verdict
 
 SLOW = pytest.mark.slow

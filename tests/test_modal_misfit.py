@@ -6,23 +6,24 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, misfit_of
-from hybrid.diagnosis.modal.search import null_fit
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.misfit import misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import null_fit
 from tests.test_modal_evidence import COUNT, chain, dataset, measured_of, modes_of
 
 __all__ = ["dataset"]  # a fixture
 
 
-def fitted(dataset: Dataset) -> tuple[Measured, ModalFit]:
+def fitted(dataset: Dataset) -> tuple[ModalData, ModalFit]:
     measured = measured_of(dataset, modes_of(chain(), "r", np.random.default_rng(0)))
     found = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     assert found is not None
     return measured, found
 
 
-def softer(measured: Measured, factor: float) -> FloatArray:
+def softer(measured: ModalData, factor: float) -> FloatArray:
     """All springs times a factor, all else as drawn."""
     theta = -measured.offset.copy()
     for number, part in enumerate(measured.nominal.parts):

@@ -9,10 +9,12 @@ from fe_models.assembly import linearise
 from fe_models.causes import AddedMass
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, shape_parts
 from hybrid.diagnosis.next_measurement.by_modes import Shared, _entries, _offered, next_by_modes
 from tests.test_modal_evidence import COUNT, SENSORS, chain, dataset, measured_of, modes_of, search_of
 
@@ -22,10 +24,10 @@ FEW = SENSORS[:2]
 MASS = 1.5  # kg, where 2 kg are drawn
 
 
-def fits_of(dataset: Dataset, *nodes: int) -> tuple[Measured, list[ModalFit]]:
+def fits_of(dataset: Dataset, *nodes: int) -> tuple[ModalData, list[ModalFit]]:
     """Return the modes that two sensors show of a chain with a mass at its end, and the claims of one at each node."""
     whole = modes_of(chain().with_effects(AddedMass(COUNT, MASS)), "before", np.random.default_rng(0))
-    seen = [0, 1, *(2 + part for part in (0, 1)), *(2 + COUNT + part for part in (0, 1))]
+    seen = [FREQUENCY, RATIO, *(part.start + sensor for part in shape_parts(COUNT) for sensor in range(len(FEW)))]
     covariance = whole.covariance[:, seen][:, :, seen]
     few = MeasuredModes("before", whole.log_omega, whole.ratios, whole.shapes[:, :2], covariance)
     every = measured_of(dataset, whole)

@@ -14,7 +14,7 @@ from fe_models.four_dof_data import paper_sensors
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.simulated_recordings import simulate
 from hybrid.config import Config
-from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from hybrid.identification.recording_comparison import compare_recordings

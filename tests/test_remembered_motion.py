@@ -9,7 +9,7 @@ from fe_models.causes import HystereticSpring
 from hybrid.diagnosis.discrepancy.hysteresis import Hysteresis
 from hybrid.diagnosis.discrepancy.kalman import filtered
 from hybrid.diagnosis.discrepancy.law_forces import RememberedForce
-from hybrid.diagnosis.discrepancy.linearisation import linear, linearised, pushed_by
+from hybrid.diagnosis.discrepancy.linearisation import linearised, pushed_by, unforced
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.remembered_motion import moved_on
 from tests.test_discrepancy import STEP, matrices, space_of
@@ -74,11 +74,11 @@ def test_a_filter_finds_the_motion_under_a_spring_that_slides() -> None:
     """From the motion that it takes without the spring, in a few turns, to a fifth of that error."""
     space, spring = space_of(), spring_of(2.0)
     exact, law = solved(space, spring, BEGUN), RememberedForce(PULL, Hysteresis(spring))
-    _, direct = pushed_by(law, space, space.between(exact[:, :4]))
-    data = exact[:, :4] @ space.output.T + direct
+    push = pushed_by(law, space, space.fine_motion(exact[:, :4]))
+    data = exact[:, :4] @ space.output.T + push.channels
     noise = np.full(data.shape[1], (1e-3 * data.std()) ** 2)
     pushes, begin = np.full((SAMPLES, 2), 1e-8), np.ones(4)
-    plain = filtered(linear(space, SAMPLES), data, noise, 1e4 * pushes, begin, STEP)
+    plain = filtered(unforced(space, SAMPLES), data, noise, 1e4 * pushes, begin, STEP)
     known = plain
     for _ in range(4):
         known = filtered(linearised(space, known.states, [law]), data, noise, pushes, begin, STEP)

@@ -15,23 +15,22 @@ from benchmarks.audit.nested import Target
 from benchmarks.audit.ranks import DRAWS, draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.errors import FARTHEST, MEDIANS, SCALES, SPREADS, ErrorSizes, Rows, sizes_of
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_SPREADS, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.inflation import log_prior_in
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.modal.outlying import log_prior_in
-from hybrid.diagnosis.modal.paired_rows import free_values, log_density_of_outliers, rows_of, values_of
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, ModeValues, free_values, quantities_of, shapes_in
+from hybrid.diagnosis.modal.paired_rows import log_density_of_unpaired, rows_of, values_of
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
+from hybrid.diagnosis.modal.rows import Rows
 from hybrid.diagnosis.modal.search import Search
-from hybrid.diagnosis.modal.unsure_sizes import over_sizes
+from hybrid.diagnosis.modal.unsure_sizes import posterior_over_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 RECORDINGS = ("r1", "r2")
-IDENTIFIED = {
-    "frequency": 3e-4,
-    "ratio": 3e-4,
-    "shape": 3e-3,
-}  # relative, of 1, of shapes
+IDENTIFIED = np.array([3e-4, 3e-4, 3e-3, 3e-3])  # errors of identification, in the order of `MODE_QUANTITIES`
 STARTS = (-0.6, -0.1, 0.1, 0.6)  # prior standard deviations from doing nothing, at which a fit begins
 
 
@@ -39,18 +38,18 @@ STARTS = (-0.6, -0.1, 0.1, 0.6)  # prior standard deviations from doing nothing,
 class _Density:
     """The log density of a fit's measured modes and of theta, which its evidence is the integral of."""
 
-    measured: Measured
+    measured: ModalData
     item: ModalFit
 
     @cached_property
-    def _values(self) -> tuple[FloatArray, FloatArray]:
+    def _seen(self) -> ModeValues:
         return values_of(self.measured, self.item.pairs)
 
     @cached_property
     def _rows(self) -> Rows:
         """All rows, with nominal values that move none of them: they are not marginalised here."""
         still = np.zeros((len(self.item.residual), self.item.nuisances))
-        known = (self.measured, self.item.claim, self.item.pairs, self._values[1], still)
+        known = (self.measured, self.item.claim, self.item.pairs, self._seen.covariance, still)
         return rows_of(*known, self.item.inflation)
 
     @cached_property
@@ -61,8 +60,8 @@ class _Density:
     def _constant(self) -> float:
         """What does not depend on theta."""
         volume = float(np.log(np.diag(self._lower)).sum())
-        alone = log_density_of_outliers(self.measured, self.item.pairs) + log_prior_in(self.item.inflation)
-        return self._rows.constant - volume + self.item.sizes.log_prior + alone
+        alone = log_density_of_unpaired(self.measured, self.item.pairs) + log_prior_in(self.item.inflation)
+        return self._rows.log_constant - volume + self.item.sizes.log_prior + alone
 
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:
@@ -77,8 +76,10 @@ class _Density:
         modes = predicted_modes(self.item.claim.hypothesis, theta[None], self.measured.outputs)
         if modes is None or not modes.stands.all() or modes.roots.shape[1] <= pairs.mode.max(initial=-1):
             return None
-        every = self._values[0] - modes.over(pairs.mode, pairs.reference)[0]
-        white = solve_triangular(self._lower, every[free_values(self.measured, pairs)], lower=True)
+        every = self._seen.values - modes.values_over(pairs.mode, pairs.reference)[0]
+        white = solve_triangular(
+            self._lower, every[free_values(pairs.reference, len(self.measured.sensors))], lower=True
+        )
         return float(-0.5 * white @ white) + self._constant + log_normal(theta, *self.prior)
 
 
@@ -105,7 +106,7 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
         return {}
     null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
-    posterior = None if item is None else over_sizes(measured, item)
+    posterior = None if item is None else posterior_over_sizes(measured, item)
     return {} if item is None or posterior is None else _ranks(measured, theta, item, posterior.draws(DRAWS, rng))
 
 
@@ -119,29 +120,31 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
     return _ranks(measured, theta, item, draws_of(item.theta, item.covariance, rng))
 
 
-def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, Measured]:
+def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, ModalData]:
     """Return sizes of errors, a hypothesis and its theta from their priors, and what is measured of them."""
     rng, bare = np.random.default_rng(seed), _bare(problem)
-    sizes = sizes_of(MEDIANS + SPREADS * np.clip(rng.standard_normal(len(MEDIANS)), -FARTHEST, FARTHEST))
-    scales = np.array([getattr(sizes, SCALES[kind]) for kind in bare.kind])
+    sizes = sizes_of(
+        LOG_MEDIANS + LOG_SPREADS * np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS)
+    )
+    scales = np.array([getattr(sizes, SCALE_OF[kind]) for kind in bare.kinds])
     hypothesis, theta = problem.from_prior(rng, seed, scales)
     return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)
 
 
-def _ranks(measured: Measured, theta: FloatArray, item: ModalFit, draws: FloatArray) -> dict[str, list[int]]:
+def _ranks(measured: ModalData, theta: FloatArray, item: ModalFit, draws: FloatArray) -> dict[str, list[int]]:
     if len(item.pairs) < len(RECORDINGS) * COUNT:
         return {}
-    kinds = [*measured.kind, item.claim.hypothesis.candidates[0].kind]
+    kinds = [*measured.kinds, item.claim.hypothesis.candidates[0].kind]
     return ranks_of(kinds, theta, draws)
 
 
-def _bare(problem: Problem) -> Measured:
-    return Measured(problem.nominal, np.zeros(len(problem.nominal.spread)), SENSORS, RATE, ())
+def _bare(problem: Problem) -> ModalData:
+    return ModalData(problem.nominal, np.zeros(len(problem.nominal.spread)), SENSORS, RATE, ())
 
 
 def _measured(
     problem: Problem, hypothesis: Hypothesis, theta: FloatArray, sizes: ErrorSizes, rng: np.random.Generator
-) -> Measured:
+) -> ModalData:
     """Return what is identified of the chain at ``theta`` in each recording: its modes with errors of these ``sizes``,
     alike in all and each one's own, and those of the identification.
     """
@@ -150,24 +153,21 @@ def _measured(
     if modes is None:
         return bare
     every = np.arange(modes.roots.shape[1])
-    values = modes.over(every, np.argmax(np.abs(modes.shapes[0]), axis=1))[0]  # (mode, 2 + 2 sensor)
-    sensors = len(SENSORS)
-    names = ("frequency", "ratio", *["shape"] * sensors, *["phase"] * sensors)
-    common, own = (np.array([getattr(sizes, name + end) for name in names]) for end in ("", "_varies"))
-    noise = np.array([IDENTIFIED[name] for name in ("frequency", "ratio", *["shape"] * 2 * sensors)])
+    values = modes.values_over(every, np.argmax(np.abs(modes.shapes[0]), axis=1))[0]  # (mode, value)
+    quantity = quantities_of(len(SENSORS))
+    common, own, noise = sizes.common[quantity], sizes.varying[quantity], IDENTIFIED[quantity]
     fixed = np.isin(values, (0.0, 1.0))  # the entry that others are taken over has no error
     values = values + np.where(fixed, 0.0, common * rng.standard_normal(values.shape))
     found = []
     for name in RECORDINGS:
         seen = values + np.where(fixed, 0.0, own * rng.standard_normal(values.shape))
         seen = seen + noise * rng.standard_normal(values.shape)
-        shapes = seen[:, 2 : 2 + sensors] + 1j * seen[:, 2 + sensors :]
         covariance = np.tile(np.diag(noise**2), (len(values), 1, 1))
-        found.append(MeasuredModes(name, seen[:, 0], seen[:, 1], shapes, covariance))
+        found.append(MeasuredModes(name, seen[:, FREQUENCY], seen[:, RATIO], shapes_in(seen), covariance))
     return replace(bare, recordings=tuple(found))
 
 
-def _fitted(measured: Measured, null: ModalFit, candidate: Candidate, acts: tuple[int, ...]) -> ModalFit | None:
+def _fitted(measured: ModalData, null: ModalFit, candidate: Candidate, acts: tuple[int, ...]) -> ModalFit | None:
     """Return the best fit with a cause, from sizes to either side of nothing."""
     claim = Claim(measured.null.hypothesis.adding(candidate), (acts,))
     starts = [candidate.neutral[0] + share * candidate.width[0] for share in STARTS]
@@ -175,7 +175,7 @@ def _fitted(measured: Measured, null: ModalFit, candidate: Candidate, acts: tupl
     return max((item for item in found if item is not None), key=lambda item: item.evidence, default=None)
 
 
-def _target(measured: Measured, item: ModalFit, odds: float) -> Target:
+def _target(measured: ModalData, item: ModalFit, odds: float) -> Target:
     hypothesis, density = item.claim.hypothesis, _Density(measured, item)
     named = " and ".join(candidate.key for candidate in hypothesis.candidates) or "nothing"
     bounds = hypothesis.lower, hypothesis.upper

@@ -14,7 +14,7 @@ from benchmarks.audit.nested import Target
 from benchmarks.audit.ranks import draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.contest.odds import Odds
-from hybrid.diagnosis.contest.posterior import NOTHING
+from hybrid.diagnosis.contest.posterior import PRIOR_NOTHING_WRONG
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.recorded.batches import Batch
@@ -59,7 +59,7 @@ def case(problem: Problem, seed: int, claims: int) -> list[Target]:
     known = [(item, odds.log(item.hypothesis.candidates[0])) for item in fits if item is not None]
     best = sorted(known, key=lambda own: -(own[0].log_evidence + own[1]))[:claims]
     volume = 0.5 * float(np.linalg.slogdet(null.covariance)[1]) - float(np.log(null.hypothesis.width).sum())
-    listed = [(null, 0.0), *((item, float(np.log(NOTHING)) + own) for item, own in best)]
+    listed = [(null, 0.0), *((item, float(np.log(PRIOR_NOTHING_WRONG)) + own) for item, own in best)]
     return [_target(item, noise_model, volume, own) for item, own in listed]
 
 

@@ -3,8 +3,8 @@
 from typing import Any
 
 from hybrid.diagnosis import modal_report, report
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.learned.gain import Gain
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 
 Answer = Diagnosis | ModalDiagnosis

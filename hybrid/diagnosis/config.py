@@ -24,8 +24,8 @@ class ReportConfig:
 
 
 @dataclass(frozen=True)
-class DoorConfig:
-    """Which search goes first, and whether its answer is enough."""
+class SearchChoiceConfig:
+    """Which search goes first, by series or by modes, and whether its answer is enough."""
 
     far_groups: int = 2  # of elements surely off by more than was stated: one may stand for a local cause
     sure_probability: float = 0.9  # of each finding of an answer that leaves nothing open
@@ -33,4 +33,4 @@ class DoorConfig:
 
 THREADS = ThreadConfig()
 REPORT = ReportConfig()
-DOOR = DoorConfig()
+SEARCH_CHOICE = SearchChoiceConfig()

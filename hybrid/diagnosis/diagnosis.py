@@ -1,6 +1,6 @@
 """The whole chain: show what a simulation gets wrong, name the cause, extend the model, measure the gain.
 
-Two searches stand behind this door. That by time series holds every sample against the drawn structure, and tells
+Two searches answer. That by time series holds every sample against the drawn structure, and tells
 nearly all causes where it is as right as was stated. That by modes and motion needs no nearly right structure, and
 tells what changed between recordings. A first look at the modes says which goes first; where its answer leaves
 something open, the other is asked as well.
@@ -16,17 +16,17 @@ from fe_models.nominal import require_mode_in_band
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.config import DOOR
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.look import Look, look_at
-from hybrid.diagnosis.joint.modal_diagnosis import OneStructure, diagnosed
+from hybrid.diagnosis.config import SEARCH_CHOICE
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.look import Look, look_at
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import OneStructure, diagnosed
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import CLEARLY, NEAR
 from hybrid.diagnosis.recorded.amount import limited
 from hybrid.diagnosis.series_diagnosis import SeriesSearch, diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
 
-LOOKED = MODAL_STAGES[:2]  # the stages of a first look
+LOOK_STAGES = MODAL_STAGES[:2]  # the stages of a first look
 MODES_ALONE = (
     "the modes that the dataset lists are what was diagnosed; its recordings were not used: leave [[modes]] out to have"
     " them identified from these, with force laws and forecasts"
@@ -49,6 +49,9 @@ def diagnose(dataset: Dataset, advance: Callable[[str], object] | None = None) -
 
 
 def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
+    """Return the answer of the only search that the dataset allows; else that of the search that a first look at the
+    modes takes for the better one, and of the other one, too, where it leaves something open.
+    """
     if dataset.modes:
         found = _by_modes(look_at(dataset, tell), tell)
         return replace(found, notes=(*found.notes, MODES_ALONE)) if dataset.recordings else found
@@ -61,7 +64,7 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     try:
         look = look_at(dataset, tell)
     except InputError:  # no mode is seen: the series say why, in their own words
-        return _by_series(dataset, tell, LOOKED[:1])
+        return _by_series(dataset, tell, LOOK_STAGES[:1])
     if look.ambient:
         return _by_modes(look, tell)
     if (look.measured.nominal.is_chain and not look.is_far) or look.is_near:  # of such a chain series take seconds
@@ -70,9 +73,9 @@ def _answer(dataset: Dataset, tell: Callable[[str], object]) -> Answer:
     if _is_settled(modal) or modal.is_far:
         return modal
     _skip(MODAL_STAGES, tell)
-    begun = SeriesSearch.begun(dataset, tell)
-    hopeless = modal.strays and not look.measured.nominal.is_chain and begun.singles.are_hopeless
-    return _better(_seen_in(look, begun.finished(tell, pairs=not hopeless)), modal)
+    search = SeriesSearch.with_singles(dataset, tell)
+    hopeless = modal.strays and not look.measured.nominal.is_chain and search.singles.are_hopeless
+    return _better(_seen_in(look, search.finished(tell, pairs=not hopeless)), modal)
 
 
 def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]) -> Answer:
@@ -82,22 +85,23 @@ def _of_nearly_right(dataset: Dataset, look: Look, tell: Callable[[str], object]
     Of a frame series go on for minutes beyond single causes. Where these leave most, and the motion is of no constant
     values, a force law in it is looked for before; where none explains it, two causes at once are not tried.
     """
-    _skip(MODAL_STAGES[len(LOOKED) :], tell)
-    begun, one = SeriesSearch.begun(dataset, tell), OneStructure(look)
-    is_sought = not look.measured.nominal.is_chain and begun.singles.are_hopeless and not one.moves_by_constants
-    if is_sought:
+    _skip(MODAL_STAGES[len(LOOK_STAGES) :], tell)
+    search, one_structure = SeriesSearch.with_singles(dataset, tell), OneStructure(look)
+    hopeless = not look.measured.nominal.is_chain and search.singles.are_hopeless
+    law_is_sought = hopeless and not one_structure.moves_by_constants
+    if law_is_sought:
         tell("a force law in the motion")
-        law = one.by_law()
+        law = one_structure.by_law()
         if law is not None and _explains(law):
             _skip(SERIES_STAGES, tell)
             return law
-    series = _seen_in(look, begun.finished(tell, pairs=not is_sought))
-    if not series.verdict.is_wanting or is_sought:
+    series = _seen_in(look, search.finished(tell, pairs=not law_is_sought))
+    if not series.verdict.is_wanting or law_is_sought:
         return series
     if look.differs:
         modal: ModalDiagnosis | None = _by_modes(look, tell)
     else:
-        modal = one.by_all(tell) if one.moves_by_constants else one.by_law()
+        modal = one_structure.by_all(tell) if one_structure.moves_by_constants else one_structure.by_law()
     return modal if modal is not None and _explains(modal) else series
 
 
@@ -133,7 +137,7 @@ def _only_series_tell(structure: Structure, dataset: Dataset) -> bool:
 def _is_settled(found: Answer) -> bool:
     """Return whether an answer leaves nothing open: all is explained, by causes that are as good as sure."""
     return not found.verdict.is_wanting and all(
-        finding.probability >= DOOR.sure_probability for finding in found.findings
+        finding.probability >= SEARCH_CHOICE.sure_probability for finding in found.findings
     )
 
 
@@ -154,12 +158,13 @@ def _better(series: Diagnosis, modal: ModalDiagnosis) -> Answer:
     """Return the answer that explains more: all rather than a part, by a cause rather than by none, surely rather than
     perhaps.
     """
+    return modal if _merit(modal) > _merit(series) else series
 
-    def merit(found: Answer) -> tuple[bool, bool, float]:
-        least = min((finding.probability for finding in found.findings), default=0.0)
-        return not found.verdict.is_wanting, bool(found.findings), least
 
-    return modal if merit(modal) > merit(series) else series
+def _merit(found: Answer) -> tuple[bool, bool, float]:
+    """Return what an answer is worth: whether it explains all, whether it names a cause, and how surely."""
+    least = min((finding.probability for finding in found.findings), default=0.0)
+    return not found.verdict.is_wanting, bool(found.findings), least
 
 
 def _skip(stages: tuple[str, ...], tell: Callable[[str], object]) -> None:

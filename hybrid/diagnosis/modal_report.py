@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 
 from hybrid.diagnosis.config import REPORT
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.paired_modes import PairedMode
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal.config import LISTED
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import (
@@ -33,7 +33,7 @@ HEADLINES = {
 BY_MODES = "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for"
 BY_LISTED_MODES = f"{BY_MODES}, and no forecasts were made"
 BY_MODES_AND_MOTION = "by modes and motion: drifts and harmonic forces were not looked for"
-DRAWN, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
+DRAWN_COLOUR, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
 
 def modal_table(found: ModalDiagnosis, gain: Gain | None = None) -> dict[str, Any]:
@@ -130,7 +130,7 @@ def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
     with figure(path, 2, 1, title) as (sheet, (above, below)):
         sheet.set_size_inches(max(6.2, 0.3 * len(modes) + 2.0), 5.2)
         place = np.arange(len(modes))
-        sides = (("as drawn", DRAWN, -0.2), ("with what was found", EXTENDED_COLOUR, 0.2))
+        sides = (("as drawn", DRAWN_COLOUR, -0.2), ("with what was found", EXTENDED_COLOUR, 0.2))
         for (label, colour, shift), before in zip(sides, (True, False), strict=True):
             known = [(mode.drawn, mode.mac_drawn) if before else (mode.extended, mode.mac_extended) for mode in modes]
             off = [

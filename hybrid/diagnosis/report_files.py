@@ -7,9 +7,9 @@ from typing import Any
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.structure_file import save_structure
 from hybrid.diagnosis.answer import Answer, answer_in_words, answer_table
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal_report import draw_modes
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.observed.example import draw_example
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices, save_extended_matrices
 from hybrid.diagnosis.track_record.trust import Trust

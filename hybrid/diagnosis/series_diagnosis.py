@@ -22,8 +22,9 @@ class SeriesSearch:
     singles: Singles
 
     @classmethod
-    def begun(cls, dataset: Dataset, tell: Callable[[str], object]) -> "SeriesSearch":
-        """Return it; ``tell`` hears the name of each stage (`stage_names`) as it begins, and what is done in it.
+    def with_singles(cls, dataset: Dataset, tell: Callable[[str], object]) -> "SeriesSearch":
+        """Return it after each cause alone; ``tell`` hears the name of each stage (`stage_names`) as it begins, and
+        what is done in it.
 
         `InputError` names what in the dataset cannot be diagnosed.
         """
@@ -56,5 +57,5 @@ def diagnose_series(dataset: Dataset, advance: Callable[[str], object] | None = 
     """
     begun = perf_counter()
     tell: Callable[[str], object] = advance or (lambda _: None)
-    found = SeriesSearch.begun(dataset, tell).finished(tell)
+    found = SeriesSearch.with_singles(dataset, tell).finished(tell)
     return replace(found, seconds=perf_counter() - begun)

@@ -66,7 +66,7 @@ def diagnosed_file(
         raise InputError(f"--hybrid: {HYBRID_OF_MODES}")
     with progress_bar("loading", 1):
         from hybrid.diagnosis import diagnosis  # only now: it takes longer to load than a mistake to be reported
-        from hybrid.diagnosis.joint.modal_diagnosis import diagnose_modes
+        from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
         from hybrid.diagnosis.recorded.amount import before_it_begins
         from hybrid.diagnosis.report_files import add_gain, save_diagnosis
         from hybrid.diagnosis.track_record.trust import trust_in

@@ -3,8 +3,8 @@
 from fe_models.recordings import Dataset
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer, headline_of
-from hybrid.diagnosis.config import DOOR, REPORT
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.config import REPORT, SEARCH_CHOICE
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.report.page import Tone
@@ -46,7 +46,7 @@ def sentence_of(found: Answer, dataset: Dataset) -> str:
     told = f"{_said(first, dataset)} (probability: {probability(first.probability)})."
     if first.probability < REPORT.min_named_probability:
         told = f"Likeliest of several causes: {_within(told)}"
-    elif first.probability < DOOR.sure_probability:
+    elif first.probability < SEARCH_CHOICE.sure_probability:
         told = f"Probably {_within(told)}"
     told = told if len(found.findings) == 1 else f"{_counted(found)}. First: {told}"
     return told.replace(" %", "\u00a0%")  # where no line shall break
@@ -142,7 +142,7 @@ def _is_sure(found: Answer) -> bool:
 
 
 def _sure(finding: Finding) -> bool:
-    return finding.probability >= DOOR.sure_probability
+    return finding.probability >= SEARCH_CHOICE.sure_probability
 
 
 def _words(count: int) -> str:

@@ -6,11 +6,11 @@ import numpy as np
 
 from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.modal_findings import State
-from hybrid.diagnosis.joint.paired_modes import PairedMode
 from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modal_report import draw_modes, scope_of
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.modal_findings import State
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.observed.observations import Observations
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import Finding

@@ -7,8 +7,8 @@ from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.considered import MOST, Considered
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.considered import MAX_TOLD, ConsideredHypothesis
 from hybrid.report.page import Block, Cell, Paragraph, Table
 from hybrid.report.values import number, probability, share
 
@@ -44,10 +44,10 @@ def _by_series(posterior: Posterior) -> list[Table]:
     if len(posterior.fits) < 2:
         return []
     fits = list(zip(posterior.fits, posterior.probability.tolist(), strict=True))
-    nothing = [pair for pair in fits[MOST:] if not pair[0].hypothesis.candidates]
+    nothing = [pair for pair in fits[MAX_TOLD:] if not pair[0].hypothesis.candidates]
     rows = tuple(
         (Cell(_claim(fit)), Cell(probability(own), own), number(fit.chi2 / max(fit.values, 1.0)))
-        for fit, own in [*fits[:MOST], *nothing]
+        for fit, own in [*fits[:MAX_TOLD], *nothing]
     )
     caption = f"The likeliest of {len(fits)} hypotheses that were fitted to the end."
     return [Table(caption, (HYPOTHESIS, PROBABILITY, "left"), rows, LEFT_OF_RECORDINGS + EQUAL)]
@@ -70,7 +70,7 @@ def _by_modes(found: ModalDiagnosis) -> list[Table]:
     return tables
 
 
-def _considered(caption: str, some: Sequence[Considered], note: str, is_share: bool) -> Table:
+def _considered(caption: str, some: Sequence[ConsideredHypothesis], note: str, is_share: bool) -> Table:
     rows = tuple(
         (
             Cell(own.words),

@@ -11,8 +11,8 @@ from fe_models.matrix_effects import model_with_effects
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
-from hybrid.diagnosis.joint.paired_modes import PairedMode
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.recorded.faulty_channels import usable
 from hybrid.identification.frequency_response import FrequencyResponse, frequency_response

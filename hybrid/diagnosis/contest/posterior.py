@@ -15,7 +15,7 @@ from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import acting_as_made
 from hybrid.diagnosis.recorded.noise import correlation_factor
 
-NOTHING = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
+PRIOR_NOTHING_WRONG = 0.5  # prior probability that nothing is wrong; each further effect halves what is left
 
 
 @dataclass(frozen=True)
@@ -119,9 +119,9 @@ def temper_of(best: Fit) -> float:
 
 
 def _log_prior(fit: Fit, odds: Odds) -> float:
-    total = float(np.log(NOTHING))
+    halved = total = float(np.log(PRIOR_NOTHING_WRONG))
     for number, candidate in enumerate(fit.hypothesis.candidates):
-        total += float(np.log(NOTHING)) + odds.log(candidate) + log_of_groups(acting_as_made(fit.batches, number))
+        total += halved + odds.log(candidate) + log_of_groups(acting_as_made(fit.batches, number))
     return total
 
 

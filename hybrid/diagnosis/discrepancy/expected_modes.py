@@ -1,8 +1,7 @@
 """The modes that a claim expects in each recording: state space, values, and how these may be off.
 
-Values of a mode are its logarithm of frequency, its damping ratio, and Re and Im of its shape over its reference entry,
-as in `paired_rows`; they are off with the claim's parameters, by what any model gets wrong in all recordings alike, and
-by what differs from one to the next.
+The values of its modes (`mode_values`) are off with the claim's parameters, by what any model gets wrong in all
+recordings alike, and by what differs from one to the next.
 """
 
 from dataclasses import dataclass, replace
@@ -11,11 +10,12 @@ import numpy as np
 from scipy.linalg import eigh
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
-from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of, roots_of
-from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.discrepancy.modal_space import FineMotion, ModalSpace, amplitude_of, roots_of
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import QUANTITIES, SCALES, ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import SCALE_OF, ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, free_values, quantities_of, shape_parts, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 
@@ -36,27 +36,25 @@ class ExpectedModes:
 
     @property
     def free(self) -> BoolArray:
-        """Which of all values (mode, 2 + 2 sensor) say something: not the reference entries."""
-        return free_of(self.reference, len(self.space.shown))
+        """Which of all values (mode, value) say something: all but those of reference entries."""
+        return free_values(self.reference, len(self.space.shown))
 
-    def by(self, step: FloatArray) -> "ExpectedModes":
+    def moved_by(self, step: FloatArray) -> "ExpectedModes":
         """Return the modes with all values moved by a ``step`` (value,)."""
-        space, sensors = self.space, len(self.space.shown)
-        every = np.zeros(self.free.shape)
+        space, every = self.space, np.zeros(self.free.shape)
         every[self.free] = step
-        shape = (every[:, 2 : 2 + sensors] + 1j * every[:, 2 + sensors :]).T
         at_reference = space.shown[self.reference, np.arange(space.count)]
         there = replace(
             space,
-            omega=space.omega * np.exp(every[:, 0]),
-            ratio=space.ratio + every[:, 1],
-            shown=space.shown + at_reference * shape,
+            omega=space.omega * np.exp(every[:, FREQUENCY]),
+            ratio=space.ratio + every[:, RATIO],
+            shown=space.shown + at_reference * shapes_in(every).T,
         )
         return replace(self, space=there, moved=self.moved + step)
 
 
 @dataclass(frozen=True, eq=False)
-class Claimed:
+class MotionClaim:
     """The claim of a ``fit`` about what was ``measured``, for motions sampled each ``step`` (s), by the numbers of
     their ``recordings`` (motion,).
 
@@ -64,14 +62,14 @@ class Claimed:
     ``reference``: the reference sensor of each mode (mode,), None: where it moves most.
     """
 
-    measured: Measured
+    measured: ModalData
     fit: ModalFit
     step: float
     recordings: tuple[int, ...]
     sizes: ErrorSizes | None = None
     reference: IntArray | None = None
 
-    def at(self, theta: FloatArray, reference: IntArray) -> "Claimed":
+    def at(self, theta: FloatArray, reference: IntArray) -> "MotionClaim":
         """Return the claim with other parameters (parameter,), and values over the same entries of shapes."""
         return replace(self, fit=replace(self.fit, theta=theta), reference=reference)
 
@@ -89,55 +87,43 @@ class Expectation:
     common: FloatArray
     vary: FloatArray
 
-    def by(self, step: FloatArray) -> "Expectation":
+    def moved_by(self, step: FloatArray) -> "Expectation":
         """Return the same with all values moved by a ``step`` (value,) in all motions."""
-        return replace(self, modes=tuple(own.by(step) for own in self.modes))
+        return replace(self, modes=tuple(own.moved_by(step) for own in self.modes))
 
 
-def free_of(reference: IntArray, sensors: int) -> BoolArray:
-    """Return which values (mode, 2 + 2 sensor) are none of ``reference`` entries."""
-    free = np.ones((len(reference), 2 + 2 * sensors), dtype=bool)
-    for part in (2, 2 + sensors):
-        free[np.arange(len(reference)), part + reference] = False
-    return free
-
-
-def expectation_of(claimed: Claimed) -> Expectation | None:
+def expectation_of(claimed: MotionClaim) -> Expectation | None:
     """Return what a claim expects at its fit's theta, of modes below half the sampling rate or the low-pass.
 
     None where the structure has no modes there.
     """
     measured, fit = claimed.measured, claimed.fit
     claim, theta = fit.claim, fit.theta
-    offs = [claim.off(recording) for recording in claimed.recordings]
-    found = {off: _expected(claimed, off) for off in dict.fromkeys(offs)}
-    whole = tuple(item for item in (found[off] for off in offs) if item is not None)
-    if len(whole) < len(offs):
+    idle_in = [claim.idle_in(recording) for recording in claimed.recordings]
+    found = {idle: _expected(claimed, idle) for idle in dict.fromkeys(idle_in)}
+    whole = tuple(item for item in (found[idle] for idle in idle_in) if item is not None)
+    if len(whole) < len(idle_in):
         return None
     least = min(whole, key=lambda item: item.space.count)
     if any(item.space.count > least.space.count for item in whole):  # a support that gives way brings one
         return expectation_of(replace(claimed, reference=least.reference))
     hypothesis, first = claim.hypothesis, fit.nuisances
     own = claimed.sizes or fit.sizes
-    factor = [getattr(own, SCALES[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kind]
+    factor = [getattr(own, SCALE_OF[kind]) if kind and claimed.sizes is None else 1.0 for kind in measured.kinds]
     spread = hypothesis.width.copy()
     spread[:first] *= factor
     centre = hypothesis.centre.copy()
     centre[:first] = -measured.offset
-    quantity = np.array([0, 1] + [2] * len(measured.sensors) + [3] * len(measured.sensors))
-    free = whole[0].free
-    common, vary = (
-        np.broadcast_to(np.array([getattr(own, name + end) for name in QUANTITIES])[quantity], free.shape)[free]
-        for end in ("", "_varies")
-    )
+    free, quantity = whole[0].free, quantities_of(len(measured.sensors))
+    common, vary = (np.broadcast_to(sizes[quantity], free.shape)[free] for sizes in (own.common, own.varying))
     return Expectation(whole, centre - theta, spread, common, vary)
 
 
-def _expected(claimed: Claimed, off: tuple[int, ...]) -> ExpectedModes | None:
-    """Return the modes expected where some candidates are ``off``."""
+def _expected(claimed: MotionClaim, idle: tuple[int, ...]) -> ExpectedModes | None:
+    """Return the modes expected where some candidates do not act, ``idle``."""
     measured, fit, step = claimed.measured, claimed.fit, claimed.step
     whole, nominal = fit.claim.hypothesis, measured.nominal
-    hypothesis, kept = whole.less(off), whole.parameters_of(off)
+    hypothesis, kept = whole.less(idle), whole.parameters_of(idle)
     theta = fit.theta[kept]
     thetas = np.vstack([theta, theta + np.diag(FIT.difference_step * hypothesis.width)])
     predicted = predicted_modes(hypothesis, thetas, measured.outputs, hardly_differ=True)
@@ -164,11 +150,11 @@ def _expected(claimed: Claimed, off: tuple[int, ...]) -> ExpectedModes | None:
     )
     if reference is None:
         reference = np.argmax(np.abs(shown) / space.omega ** measured.orders[:, None], axis=0)
-    every = predicted.over(below, reference)
+    every = predicted.values_over(below, reference)
     slopes = np.zeros((every.shape[1], every.shape[2], len(whole.centre)))
     moved = FIT.difference_step * hypothesis.width
     slopes[..., kept] = ((every[1:] - every[0]) / moved[:, None, None]).transpose(1, 2, 0)
-    slopes = slopes[free_of(reference, len(rows))]
+    slopes = slopes[free_values(reference, len(rows))]
     return ExpectedModes(space, reference, slopes, np.zeros(len(slopes)))
 
 
@@ -189,17 +175,17 @@ def _scaled(
 
 
 def slopes_over_time(
-    modes: ExpectedModes, states: FloatArray, between: tuple[FloatArray, FloatArray], mode: int
+    modes: ExpectedModes, states: FloatArray, motion: FineMotion, mode: int
 ) -> tuple[FloatArray, FloatArray]:
     """Return what a unit of each value of a ``mode`` adds to ``states`` (time, 2 mode) in each step, and to the
-    channels at once: (value, time, 2 mode), (value, time, sensor); ``between``: the states within the steps.
+    channels at once: (value, time, 2 mode), (value, time, sensor); ``motion``: that of the states within the steps.
     """
     space, n, sensors = modes.space, modes.space.count, len(modes.space.shown)
     free = modes.free[mode]
     added, shown = np.zeros((len(free), len(states), 2 * n)), np.zeros((len(free), len(states), sensors))
     q, rate = states[:, mode], states[:, n + mode]
     omega, ratio = space.omega[mode], space.ratio[mode]
-    within_q, within_rate = (part[:, mode] for part in between)
+    within_q, within_rate = motion.q[:, mode], motion.rate[:, mode]
     for number, force in enumerate(
         (-2 * omega**2 * within_q - 2 * ratio * omega * within_rate, -2 * omega * within_rate)
     ):
@@ -214,7 +200,8 @@ def slopes_over_time(
         shown[number] = np.real(space.shown[:, mode] * (of_q * q + of_rate * rate)[:, None])
     of_q, of_rate = amplitude_of(space.roots[mode])
     over_reference = space.shown[modes.reference[mode], mode] * (of_q * q + of_rate * rate)
+    real, imaginary = (range(*part.indices(len(free))) for part in shape_parts(sensors))
     for sensor in range(sensors):
-        shown[2 + sensor, :, sensor] = over_reference.real
-        shown[2 + sensors + sensor, :, sensor] = -over_reference.imag
+        shown[real[sensor], :, sensor] = over_reference.real
+        shown[imaginary[sensor], :, sensor] = -over_reference.imag
     return added[free], shown[free]

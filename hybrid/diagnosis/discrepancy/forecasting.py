@@ -9,14 +9,14 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import QUANTITIES
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
-from hybrid.diagnosis.discrepancy.following import Followed, filtered_by, followed, likeliest
-from hybrid.diagnosis.discrepancy.kalman import Filtered
+from hybrid.diagnosis.discrepancy.following import FollowedMotion, filtered_by, followed, likeliest_discrepancy
+from hybrid.diagnosis.discrepancy.kalman import FilteredMotion
 from hybrid.diagnosis.discrepancy.law_fit import LawFit, force_along
 from hybrid.diagnosis.discrepancy.law_forces import RememberedForce
 from hybrid.diagnosis.discrepancy.linearisation import linearised
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace, amplitude_of
 from hybrid.diagnosis.discrepancy.remembered_motion import moved_on
-from hybrid.diagnosis.discrepancy.size import STARTED, Discrepancy
+from hybrid.diagnosis.discrepancy.size import START, Discrepancy
 from hybrid.diagnosis.fitting.config import INITIAL_STATES
 from hybrid.diagnosis.fitting.forecast_score import (
     ForecastScore,
@@ -63,31 +63,32 @@ class Forecaster:
         """
         systems = tuple(system_of_modes(space, nominal, roles, law) for space in spaces)
         spreads = tuple(_spread_of(system, train, roles) for system in systems)
-        loose = cls(tuple(spaces), systems, spreads, STARTED, roles)
+        loose = cls(tuple(spaces), systems, spreads, START, roles)
         acting = None if law is None else force_along(nominal, law.candidate, law.theta)
         if law is not None and isinstance(acting, RememberedForce):
             return replace(loose, remembered=acting, discrepancy=law.track.discrepancy)
         if law is not None:  # which goes from initial states alone
             return loose
-        known = [loose.begun(batch, number) for batch in train for number in range(len(batch.names))]
+        known = [loose.beginning_of(batch, number) for batch in train for number in range(len(batch.names))]
         motions = [(item.space, item.motion) for item in known]
-        return replace(loose, discrepancy=likeliest(motions, STARTED, DISCREPANCY.factors))
+        return replace(loose, discrepancy=likeliest_discrepancy(motions, START, DISCREPANCY.factors))
 
     def of_state(self, number: int) -> "Forecaster":
         """Return the forecaster of recordings that are known to be of one state, by its number."""
         only = slice(number, number + 1)
         return replace(self, spaces=self.spaces[only], systems=self.systems[only], spreads=self.spreads[only])
 
-    def begun(self, batch: Batch, number: int) -> "Begun":
+    def beginning_of(self, batch: Batch, number: int) -> "Beginning":
         """Return how a recording of a batch begins: its first fifth, by the space with which this is most probable."""
         (own,) = columns_of((batch,), self.roles.measured)
         data = own.data[number, : shown_of(own.samples)]
         noise = np.broadcast_to(own.sigma(self.roles.noise_model) ** 2, (len(own.names), 1, data.shape[1]))[number]
         motions = [followed(space, np.ascontiguousarray(data), noise[0]) for space in self.spaces]
         index = self._state_of(motions)
-        return Begun(index, self.spaces[index], motions[index], self._known(self.spaces[index], motions[index]).states)
+        space, motion = self.spaces[index], motions[index]
+        return Beginning(index, space, motion, self._known(space, motion).states)
 
-    def _state_of(self, motions: Sequence[Followed]) -> int:
+    def _state_of(self, motions: Sequence[FollowedMotion]) -> int:
         """Return the number of the space that a motion, as each of them follows it, is of most probably: each with the
         discrepancy that suits it best, as a large one follows the motion of any structure.
         """
@@ -95,11 +96,11 @@ class Forecaster:
             return 0
         found = []
         for space, motion in zip(self.spaces, motions, strict=True):
-            own = likeliest([(space, motion)], self.discrepancy, DISCREPANCY.factors)
+            own = likeliest_discrepancy([(space, motion)], self.discrepancy, DISCREPANCY.factors)
             found.append(filtered_by(space, motion, own).log_density + own.log_prior)
         return int(np.argmax(found))
 
-    def _known(self, space: ModalSpace, motion: Followed) -> Filtered:
+    def _known(self, space: ModalSpace, motion: FollowedMotion) -> FilteredMotion:
         """Return what a filter makes of a motion, under the law with a memory where there is one: about a motion whose
         modes go their own way first, then about what it found itself.
         """
@@ -107,7 +108,7 @@ class Forecaster:
             return filtered_by(space, motion, self.discrepancy)
         best = filtered_by(space, motion, Discrepancy(DISCREPANCY.loose_size, DISCREPANCY.loose_share))
         for _ in range(DISCREPANCY.passes):
-            about = replace(motion, motion=linearised(space, best.states, [self.remembered]))
+            about = replace(motion, linearisation=linearised(space, best.states, [self.remembered]))
             best = filtered_by(space, about, self.discrepancy)
         return best
 
@@ -124,7 +125,8 @@ class Forecaster:
         return np.array([self._free(batch, number) for number in range(len(batch.names))])
 
     def _free(self, batch: Batch, number: int) -> FloatArray:
-        begun = self.begun(batch, number)
+        """Return the channels (time, sensor) of a recording whose motion goes on freely."""
+        begun = self.beginning_of(batch, number)
         output, n = self.systems[begun.index].C[0], begun.space.count
         last = len(begun.states) - 1
         later = np.arange(1, batch.samples - last) * begun.space.step
@@ -134,12 +136,16 @@ class Forecaster:
         return np.concatenate([begun.states, going_on]) @ output.T
 
     def _remembering(self, batch: Batch, number: int, law: RememberedForce) -> FloatArray:
-        begun = self.begun(batch, number)
+        """Return the channels (time, sensor) of a recording whose motion goes on under a law with a memory."""
+        begun = self.beginning_of(batch, number)
         system = self.systems[begun.index]
         states, force = moved_on(law, begun.space, begun.states, batch.samples)
         return np.asarray(states @ system.C[0].T + np.outer(force, system.D[0, :, 0]))
 
     def _under_law(self, batch: Batch) -> FloatArray:
+        """Return the channels (recording, time, sensor) under a law, each by the system that fits its first fifth best;
+        what grows beyond numbers stays large.
+        """
         best, least = np.zeros_like(batch.recorded), np.full(len(batch.data), np.inf)
         far = INITIAL_STATES.max_motion_ratio * float(np.abs(batch.recorded).max())
         (own,) = columns_of((batch.first(shown_of(batch.samples)),), self.roles.measured)
@@ -164,14 +170,14 @@ class Forecaster:
 
 
 @dataclass(frozen=True, eq=False)
-class Begun:
+class Beginning:
     """How a recording begins: by the space with an ``index`` among several, the ``motion``, and its ``states`` (time,
     2 mode) as a filter knows them.
     """
 
     index: int
     space: ModalSpace
-    motion: Followed
+    motion: FollowedMotion
     states: FloatArray
 
 

@@ -14,13 +14,13 @@ from hybrid.diagnosis.discrepancy.linearisation import Linearisation
 
 
 @dataclass(frozen=True, eq=False)
-class Filtered:
-    """Of a ``motion``: ``white`` (time, sensor), what the filter did not expect; its ``gains`` (time, state, sensor);
-    ``scales`` (time, sensor, sensor) that whiten; ``states`` (time, state), smoothed; ``log_scale``: of all scales,
-    what a log density has of them.
+class FilteredMotion:
+    """What the filter makes of a motion that is linear as ``linearisation`` says: ``white`` (time, sensor), what it did
+    not expect; its ``gains`` (time, state, sensor); ``scales`` (time, sensor, sensor) that whiten; ``states`` (time,
+    state), smoothed; ``log_scale``: of all scales, what a log density has of them.
     """
 
-    motion: Linearisation
+    linearisation: Linearisation
     white: FloatArray
     gains: FloatArray
     scales: FloatArray
@@ -34,29 +34,30 @@ class Filtered:
 
 
 def filtered(
-    motion: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
-) -> Filtered:
-    """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (time, sensor), or (sensor,).
+    about: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
+) -> FilteredMotion:
+    """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (time, sensor), or (sensor,),
+    linear ``about`` some motion.
 
     ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
     of the initial state.
     """
-    T, C, noise = motion.transition, motion.output, np.ascontiguousarray(np.broadcast_to(noise, data.shape))
-    drift, first = motion.with_memories(motion.drift), motion.with_memories(-motion.states[0])
-    variances = np.append(begin, motion.first**2)
+    T, C, noise = about.transition, about.output, np.ascontiguousarray(np.broadcast_to(noise, data.shape))
+    drift, first = about.with_memories(about.drift), about.with_memories(-about.states[0])
+    variances = np.append(begin, about.first**2)
     white, gains, scales, predicted, covariance, log_scale = _filter(
-        T, C, drift, pushes, step, noise, data - motion.shown, first, variances
+        T, C, drift, pushes, step, noise, data - about.shown, first, variances
     )
-    states = motion.states + _smooth(T, C, white, gains, scales, predicted, covariance)[:, : motion.states.shape[1]]
-    return Filtered(motion, white, gains, scales, states, -float(log_scale))
+    states = about.states + _smooth(T, C, white, gains, scales, predicted, covariance)[:, : about.states.shape[1]]
+    return FilteredMotion(about, white, gains, scales, states, -float(log_scale))
 
 
-def unexpected(known: Filtered, added: FloatArray, shown: FloatArray) -> FloatArray:
+def unexpected(known: FilteredMotion, added: FloatArray, shown: FloatArray) -> FloatArray:
     """Return what the filter would not expect of motions that it does not know, white (variant, time, sensor): driven
     by what is ``added`` to states (variant, time, 2 mode), and ``shown`` (variant, time, sensor) at once.
     """
-    motion, added = known.motion, known.motion.with_memories(added)
-    return np.asarray(_respond(motion.transition, motion.output, known.gains, known.scales, added, shown))
+    about, added = known.linearisation, known.linearisation.with_memories(added)
+    return np.asarray(_respond(about.transition, about.output, known.gains, known.scales, added, shown))
 
 
 @compiled
@@ -71,6 +72,7 @@ def _filter(
     first: FloatArray,
     begin: FloatArray,
 ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """Return what was not expected, gains, scales, states and covariances as they were predicted, and the log scale."""
     samples, sensors = data.shape
     size, modes, varying = len(first), pushes.shape[1], len(T) > 1
     white, gains = np.zeros((samples, sensors)), np.zeros((samples, size, sensors))
@@ -126,6 +128,7 @@ def _smooth(
 def _respond(
     T: FloatArray, C: FloatArray, gains: FloatArray, scales: FloatArray, added: FloatArray, shown: FloatArray
 ) -> FloatArray:
+    """Return `unexpected`: state and channels run beside the filter, which knows of neither."""
     variants, samples, sensors = shown.shape
     size, varying = C.shape[2], len(T) > 1
     found = np.zeros((variants, samples, sensors))

@@ -14,7 +14,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.law_forces import DirectForce, LawForce, RememberedForce
-from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
+from hybrid.diagnosis.discrepancy.modal_space import FineMotion, ModalSpace, Push
 
 FIRST_SHARE = 0.3  # of its reach: how far what a spring remembers at first may be from that of a slow pull
 
@@ -39,49 +39,43 @@ class Linearisation:
         return np.concatenate([values, np.zeros((*values.shape[:-1], len(self.first)))], axis=-1)
 
 
-def linear(space: ModalSpace, samples: int) -> Linearisation:
+def unforced(space: ModalSpace, samples: int) -> Linearisation:
     """Return the motion of modes under no forces: linear about rest."""
     size, sensors = 2 * space.count, len(space.shown)
     rest = np.zeros((samples, size))
     return Linearisation(rest, space.whole_transition[None], rest, space.output[None], np.zeros((samples, sensors)))
 
 
-def pushed_by(
-    law: LawForce, space: ModalSpace, between: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Return what a law adds to the states in each step (time, 2 mode), and to the channels at once (time, sensor),
-    along a motion whose states within the steps, q and q' (part, mode), are ``between``.
-    """
-    return space.pushed(-law.along(*elongation_of(law, space, between)), law.pull)
+def pushed_by(law: LawForce, space: ModalSpace, motion: FineMotion) -> Push:
+    """Return what a law adds along a ``motion``."""
+    return space.pushed(-law.along(*elongation_of(law, space, motion)), law.pull)
 
 
-def elongation_of(
-    law: LawForce, space: ModalSpace, between: tuple[FloatArray, FloatArray]
-) -> tuple[FloatArray, FloatArray]:
-    """Return elongation and rate (part,) of a law along a motion whose q and q' (part, mode) are ``between``."""
+def elongation_of(law: LawForce, space: ModalSpace, motion: FineMotion) -> tuple[FloatArray, FloatArray]:
+    """Return elongation and rate (part,) of a law along a ``motion``."""
     along = law.pull @ space.shapes
-    return between[0] @ along, between[1] @ along
+    return motion.q @ along, motion.rate @ along
 
 
 def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) -> Linearisation:
     """Return the motion under force ``laws`` about ``states`` (time, 2 mode)."""
-    between, size = space.between(states), states.shape[1]
+    motion, size = space.fine_motion(states), states.shape[1]
     remembering = [law for law in laws if isinstance(law, RememberedForce)]
     whole, A, C = size + len(remembering), space.whole_transition, space.output
     transition, output = np.zeros((len(states), whole, whole)), np.zeros((len(states), len(C), whole))
     transition[:, :size, :size], output[:, :, :size] = A, C
     drift, shown = states @ A.T, states @ C.T
     for law in laws:
-        added, direct = pushed_by(law, space, between)
-        drift, shown = drift + added, shown + direct
-        u, v = elongation_of(law, space, between)
+        push = pushed_by(law, space, motion)
+        drift, shown = drift + push.states, shown + push.channels
+        u, v = elongation_of(law, space, motion)
         if isinstance(law, DirectForce):
             by_u, by_v = law.slopes(u, v)
             steps, felt = space.stiffened(-by_u, -by_v, law.pull)
             transition[:, :size, :size] += steps
             output[:, :, :size] += felt
     for number, law in enumerate(remembering, start=size):
-        course = law.hysteresis.along(elongation_of(law, space, between)[0])
+        course = law.hysteresis.along(elongation_of(law, space, motion)[0])
         stiffness = law.hysteresis.spring.stiffness
         own = [*range(size), number]
         steps, memory, felt = space.remembered(course.kept, course.follows, -stiffness, law.pull)

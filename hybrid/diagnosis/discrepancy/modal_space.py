@@ -19,6 +19,22 @@ from hybrid.diagnosis.response.filtering import convolved
 
 
 @dataclass(frozen=True, eq=False)
+class FineMotion:
+    """The motion of modes in all parts of all time steps: ``q`` and its ``rate`` q' (part, mode)."""
+
+    q: FloatArray
+    rate: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Push:
+    """What a force adds: to the ``states`` in each step (time, 2 mode), to the ``channels`` at once (time, sensor)."""
+
+    states: FloatArray
+    channels: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class ModalSpace:
     """Modes (mode,) with their ``omega`` (rad/s) and damping ``ratio``; mass-normalised ``shapes`` (dof, mode); complex
     ``shown`` (sensor, mode), what the sensors show of Z; ``rows`` (sensor, dof) and which sensors feel a force at once,
@@ -69,8 +85,8 @@ class ModalSpace:
         whole[:, every, :, every] = self.propagators[0, -1]
         return np.ascontiguousarray(whole.reshape(2 * n, 2 * n))
 
-    def between(self, states: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return q and q' (part, mode), ``parts`` a step, of ``states`` (time, 2 mode) at samples.
+    def fine_motion(self, states: FloatArray) -> FineMotion:
+        """Return the motion in the ``parts`` of each step, of ``states`` (time, 2 mode) at samples.
 
         Within a step the states before and after it, each carried on as if no force acted, are weighed by nearness.
         """
@@ -86,17 +102,14 @@ class ModalSpace:
         q, rate = (
             np.concatenate([part.reshape(-1, n), last[None]]) for part, last in zip(found, both[-1], strict=True)
         )
-        return q, rate
+        return FineMotion(q, rate)
 
-    def pushed(self, force: FloatArray, pull: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Return what a ``force`` (part,) along ``pull`` (dof,) adds to the states in each step (time, 2 mode), and to
-        the channels at once (time, sensor).
-        """
+    def pushed(self, force: FloatArray, pull: FloatArray) -> Push:
+        """Return what a ``force`` (part,) along ``pull`` (dof,) adds."""
         participation, passed = pull @ self.shapes, self.passed(force)
         direct = (self.rows @ self.shapes) @ participation * self.feels
-        return self._within_steps(passed) @ self._integrals * np.tile(participation, 2), np.outer(
-            passed[:: DISCREPANCY.parts], direct
-        )
+        states = self._within_steps(passed) @ self._integrals * np.tile(participation, 2)
+        return Push(states, np.outer(passed[:: DISCREPANCY.parts], direct))
 
     def _within_steps(self, force: FloatArray) -> FloatArray:
         """Return a force (part,) in the parts of each step (time, part + 1); none acts after the last sample."""

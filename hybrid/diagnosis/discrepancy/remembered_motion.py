@@ -18,7 +18,7 @@ def moved_on(
     force (sample,) along the law's pull, as a low-pass leaves it.
     """
     spring, along, n = law.hysteresis.spring, law.pull @ space.shapes, space.count
-    u = space.between(states)[0] @ along
+    u = space.fine_motion(states).q @ along
     z = law.hysteresis.along(u).z
     old, new = _kicks(space)
     later = _march(
@@ -35,7 +35,7 @@ def moved_on(
         spring.sharpness,
     )
     force = -spring.stiffness * np.concatenate([z, later])
-    added, _ = space.pushed(force, law.pull)
+    added = space.pushed(force, law.pull).states
     added[: len(states) - 1] = 0.0
     found = space.motion(added)
     found[: len(states)] = states

@@ -1,50 +1,55 @@
 """All recordings as a claim expects them: how they move, and how probable that is with one discrepancy."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, Expectation, ExpectedModes, slopes_over_time
-from hybrid.diagnosis.discrepancy.following import Followed, filtered_by
-from hybrid.diagnosis.discrepancy.kalman import Filtered, unexpected
+from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, MotionClaim, slopes_over_time
+from hybrid.diagnosis.discrepancy.following import FollowedMotion, filtered_by
+from hybrid.diagnosis.discrepancy.kalman import FilteredMotion, unexpected
 from hybrid.diagnosis.discrepancy.marginal import Marginal
-from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
+from hybrid.diagnosis.discrepancy.modal_space import FineMotion, ModalSpace
 from hybrid.diagnosis.discrepancy.size import Discrepancy
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.parallel import parallel_map
 
-BY_TIME = "data", "shown", "amplitude"
 SHORTENING = 0.95  # of motions, step by step, until all are short enough
 
 
 @dataclass(frozen=True, eq=False)
 class Track:
-    """All motions with one ``discrepancy``: what is ``claimed``, the ``expected`` modes, what was ``followed``, what
-    the filter ``found`` in each motion, its ``residuals``, white (time sensor,), the ``marginal`` that weighs these,
-    and the log ``evidence`` of all.
+    """All motions with one ``discrepancy``: what is ``claimed`` of them, the ``expected`` modes, the ``motions`` and
+    what the filter makes of each (``filtered``), their ``residuals``, white (time sensor,), the ``marginal`` that
+    weighs these, and the log ``evidence`` of all.
     """
 
     discrepancy: Discrepancy
-    claimed: Claimed
+    claimed: MotionClaim
     expected: Expectation
-    followed: tuple[Followed, ...]
-    found: tuple[Filtered, ...]
+    motions: tuple[FollowedMotion, ...]
+    filtered: tuple[FilteredMotion, ...]
     residuals: tuple[FloatArray, ...]
     marginal: Marginal
     evidence: float
 
     @cached_property
-    def between(self) -> tuple[tuple[FloatArray, FloatArray], ...]:
-        """The states within the steps, q and q' (part, mode), of each motion."""
-        return tuple(space.between(known.states) for space, known in zip(self.spaces, self.found, strict=True))
+    def fine_motions(self) -> tuple[FineMotion, ...]:
+        """Each motion, as the filter has it, within the steps."""
+        return tuple(space.fine_motion(own.states) for space, own in zip(self.spaces, self.filtered, strict=True))
 
     @cached_property
     def log_posterior(self) -> float:
         """The log density of the motions and of the values of all modes, where these are."""
-        white = [known.white.ravel() for known in self.found]
-        return self.marginal.log_density_here(white) + sum(known.log_scale for known in self.found)
+        white = [own.white.ravel() for own in self.filtered]
+        return self.marginal.log_density_here(white) + sum(own.log_scale for own in self.filtered)
+
+    @property
+    def nominal(self) -> NominalModel:
+        """The nominal model that the claim is about."""
+        return self.claimed.measured.nominal
 
     @property
     def spaces(self) -> tuple[ModalSpace, ...]:
@@ -52,39 +57,44 @@ class Track:
         return tuple(modes.space for modes in self.expected.modes)
 
 
-def track(claimed: Claimed, expected: Expectation, motions: Sequence[Followed], discrepancy: Discrepancy) -> Track:
+def tracked(
+    claimed: MotionClaim, expected: Expectation, motions: Sequence[FollowedMotion], discrepancy: Discrepancy
+) -> Track:
     """Return the motions as they are with a ``discrepancy``."""
-
-    def one(item: tuple[ExpectedModes, Followed]) -> tuple[Filtered, FloatArray]:
-        modes, own = item
-        known = filtered_by(modes.space, own, discrepancy)
-        parts, between = [], modes.space.between(known.states)
-        for mode in range(modes.space.count):
-            rows = unexpected(known, *slopes_over_time(modes, known.states, between, mode))
-            parts.append(rows.reshape(len(rows), -1))
-        return known, np.concatenate(parts).T
-
-    found, slopes = zip(*parallel_map(one, list(zip(expected.modes, motions, strict=True))), strict=True)
+    both = parallel_map(
+        lambda pair: _filtered_with_slopes(*pair, discrepancy), list(zip(expected.modes, motions, strict=True))
+    )
+    filtered, slopes = zip(*both, strict=True)
     marginal = Marginal.of(slopes, expected)
-    residuals = tuple(marginal.centred([known.white.ravel() for known in found]))
-    evidence = marginal.log_density(residuals) + sum(known.log_scale for known in found) + discrepancy.log_prior
-    return Track(discrepancy, claimed, expected, tuple(motions), found, residuals, marginal, float(evidence))
+    residuals = tuple(marginal.centred([own.white.ravel() for own in filtered]))
+    evidence = marginal.log_density(residuals) + sum(own.log_scale for own in filtered) + discrepancy.log_prior
+    return Track(discrepancy, claimed, expected, tuple(motions), filtered, residuals, marginal, float(evidence))
 
 
-def samples_in(item: Track, most_values: float) -> int:
+def _filtered_with_slopes(
+    modes: ExpectedModes, motion: FollowedMotion, discrepancy: Discrepancy
+) -> tuple[FilteredMotion, FloatArray]:
+    """Return what the filter makes of a motion, and the slopes (time sensor, value) of its residual by all values."""
+    filtered = filtered_by(modes.space, motion, discrepancy)
+    parts, fine = [], modes.space.fine_motion(filtered.states)
+    for mode in range(modes.space.count):
+        rows = unexpected(filtered, *slopes_over_time(modes, filtered.states, fine, mode))
+        parts.append(rows.reshape(len(rows), -1))
+    return filtered, np.concatenate(parts).T
+
+
+def samples_in(track: Track, most_values: float) -> int:
     """Return how many samples of a track's motions have so many values: each times modes and sensors."""
-    space = item.spaces[0]
+    space = track.spaces[0]
     return round(most_values / (space.count * len(space.shown)))
 
 
-def shortened(item: Track, samples: int) -> Track:
+def shortened(track: Track, samples: int) -> Track:
     """Return the track of the first part of all motions, of so many ``samples`` in all."""
-    motions = item.followed
-    longest = max(len(own.data) for own in motions)
-    while longest > 1 and sum(min(len(own.data), longest) for own in motions) > samples:
+    lengths = [own.samples for own in track.motions]
+    longest = max(lengths)
+    while longest > 1 and sum(min(own, longest) for own in lengths) > samples:
         longest = int(longest * SHORTENING)
-    if longest == max(len(own.data) for own in motions):
-        return item
-    part = slice(longest)
-    short = [replace(own, **{name: getattr(own, name)[part] for name in BY_TIME}, motion=None) for own in motions]
-    return track(item.claimed, item.expected, short, item.discrepancy)
+    if longest == max(lengths):
+        return track
+    return tracked(track.claimed, track.expected, [own.begin(longest) for own in track.motions], track.discrepancy)

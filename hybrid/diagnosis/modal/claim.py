@@ -1,16 +1,8 @@
-"""Claims about a structure, and what they are judged by: the nominal model and the modes of all recordings."""
+"""Claims about a structure: which causes act in it, in which recordings."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 
-import numpy as np
-
-from fe_models.arrays import FloatArray, IntArray
-from fe_models.recordings import QUANTITIES, Sensor
-from hybrid.diagnosis.modal.measured_modes import MeasuredModes
-from hybrid.diagnosis.nominal.nominal_model import NominalModel
-from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -24,8 +16,8 @@ class Claim:
     acts: tuple[tuple[int, ...], ...] = ()
     changed: tuple[int, ...] = ()
 
-    def off(self, recording: int) -> tuple[int, ...]:
-        """Return the numbers of the candidates that do not act in a recording."""
+    def idle_in(self, recording: int) -> tuple[int, ...]:
+        """Return the numbers of the candidates that act in other recordings alone."""
         return tuple(number for number, acts in enumerate(self.acts) if recording not in acts)
 
     def less(self, number: int) -> "Claim":
@@ -38,12 +30,13 @@ class Claim:
         in none of them.
         """
         idle = tuple(number for number, acts in enumerate(self.acts) if not set(acts) & set(recordings))
-        own = [acts for number, acts in enumerate(self.acts) if number not in idle]
-        acts, (changed,) = (
-            tuple(tuple(new for new, old in enumerate(recordings) if old in some) for some in several)
-            for several in (own, [self.changed])
-        )
-        return Claim(self.hypothesis.less(idle), acts, changed), idle
+        kept = [acts for number, acts in enumerate(self.acts) if number not in idle]
+        acts = tuple(_numbered_anew(own, recordings) for own in kept)
+        return Claim(self.hypothesis.less(idle), acts, _numbered_anew(self.changed, recordings)), idle
+
+    def differs_among(self, recordings: int) -> bool:
+        """Return whether some of so many ``recordings`` are of another structure than others."""
+        return any(0 < len(set(acts)) < recordings for acts in (*self.acts, self.changed))
 
     @property
     def key(self) -> tuple[object, ...]:
@@ -52,45 +45,6 @@ class Claim:
         return tuple(sorted((candidate.key, acts) for candidate, acts in named)), self.changed
 
 
-@dataclass(frozen=True)
-class Measured:
-    """What evidence is made of: the ``nominal`` model, ``offset`` (nuisance,) of its values from what the user drew,
-    the measured ``sensors``, their ``rate`` (Hz), and the modes of all ``recordings``.
-    """
-
-    nominal: NominalModel
-    offset: FloatArray
-    sensors: tuple[Sensor, ...]
-    rate: float
-    recordings: tuple[MeasuredModes, ...]
-
-    @property
-    def outputs(self) -> SensorOutputs:
-        """The sensors as state spaces take them."""
-        return SensorOutputs.measured(self.sensors, self.rate)
-
-    @property
-    def modes(self) -> int:
-        """Number of all measured modes."""
-        return sum(len(own.log_omega) for own in self.recordings)
-
-    @property
-    def orders(self) -> IntArray:
-        """How often each sensor's signal is the derivative of a displacement, (sensor,)."""
-        return np.array([QUANTITIES.index(sensor.quantity) for sensor in self.sensors])
-
-    @property
-    def kind(self) -> tuple[str, ...]:
-        """Whose scale each nuisance (nuisance,) has: "stiffness", "mass", "damping", "element", or "" of none."""
-        nominal = self.nominal
-        parts = [part.quantity for part in nominal.parts] + ["damping"] * len(nominal.ratios)
-        return (
-            *parts,
-            *["element"] * (nominal.values - nominal.factors),
-            *[""] * (len(nominal.spread) - nominal.values),
-        )
-
-    @cached_property
-    def null(self) -> Claim:
-        """The claim that nothing is wrong."""
-        return Claim(Hypothesis(self.nominal))
+def _numbered_anew(some: tuple[int, ...], recordings: Sequence[int]) -> tuple[int, ...]:
+    """Return ``some`` recordings by where they stand among ``recordings``, without those that are none of these."""
+    return tuple(new for new, old in enumerate(recordings) if old in some)

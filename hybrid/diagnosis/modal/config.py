@@ -41,7 +41,7 @@ class ListedConfig:
 
 
 @dataclass(frozen=True)
-class OutlierConfig:
+class UnpairedConfig:
     """Measured modes that no mode of the structure is: so wide is what they might have been."""
 
     log_frequency: float = 0.1
@@ -51,12 +51,12 @@ class OutlierConfig:
 
 
 @dataclass(frozen=True)
-class OutlyingConfig:
+class InflationConfig:
     """Measured modes whose identification errs by more than it says."""
 
     degrees: float = 4.0  # of freedom of Student's distribution: beyond four times their size are 1.6 % of errors
-    most: float = 1e4  # times the variance
-    steps: int = 41
+    max_variance_factor: float = 1e4
+    steps: int = 41  # of the logarithm of that factor, from one on
 
 
 @dataclass(frozen=True)
@@ -88,13 +88,13 @@ class ScanConfig:
     sizes: tuple[float, ...] = (-2.0, -0.6, -0.2, 0.02, 0.07, 0.2, 0.6, 2.0)
     # of an unknown change of the structure: what a scan leaves of it, for what is not linear in causes
     remaining_change: float = 0.03
-    polished: int = 16  # claims of each scan that are fitted for a few rounds, ...
+    max_polished: int = 16  # claims of each scan that are fitted for a few rounds, ...
     polishing_rounds: int = 6
-    fitted: int = 4  # ... and those of them that are fitted whole
-    kept: int = 2  # claims that the next cause is added to, ...
+    max_fitted: int = 4  # ... and those of them that are fitted whole
+    max_kept: int = 2  # claims that the next cause is added to, ...
     beam_nats: float = 30.0  # ... but none that is so far behind: what it lacks, another cause would have to bring, too
-    further: float = 0.1  # probability, beforehand, of another cause beside one: groups' factors are fitted anyway
-    moves: int = 3  # times that causes are exchanged for others, as long as it is the better for it
+    further_probability: float = 0.1  # beforehand, of another cause beside one: groups' factors are fitted anyway
+    max_moves: int = 3  # times that causes are exchanged for others, as long as it is the better for it
     min_gain: float = 0.0  # of the log posterior: what a further cause must bring
 
 
@@ -124,8 +124,8 @@ class ConclusionConfig:
 PAIRING = PairingConfig()
 COMBINATION = CombinationConfig()
 LISTED = ListedConfig()
-OUTLIER = OutlierConfig()
-OUTLYING = OutlyingConfig()
+UNPAIRED = UnpairedConfig()
+INFLATION = InflationConfig()
 FIT = FitConfig()
 SCAN = ScanConfig()
 UNSURE_SIZES = UnsureSizesConfig()

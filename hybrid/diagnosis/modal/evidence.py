@@ -12,24 +12,21 @@ import numpy as np
 from scipy.linalg import cho_solve, solve_triangular
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
-from hybrid.diagnosis.modal.likely_errors import likeliest
-from hybrid.diagnosis.modal.outlying import likeliest_inflation, log_prior_in
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.inflation import Inflation, likeliest_inflation, log_prior_in
+from hybrid.diagnosis.modal.likely_errors import likeliest_sizes
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.modes_of_claim import predicted_by
 from hybrid.diagnosis.modal.paired_rows import (
-    Inflation,
-    Pairs,
-    free_values,
-    log_density_of_outliers,
-    outlying_by,
-    pairs_of,
-    predicted_by,
-    predicted_of,
+    log_density_of_unpaired,
     residual_of,
     rows_of,
     values_of,
 )
+from hybrid.diagnosis.modal.pairs import Pairs, pairs_of
+from hybrid.diagnosis.modal.rows import Rows
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
@@ -70,7 +67,7 @@ class ModalFit:
 
 
 def fit_claim(
-    measured: Measured,
+    measured: ModalData,
     claim: Claim,
     theta: FloatArray,
     sizes: ErrorSizes,
@@ -90,20 +87,20 @@ def fit_claim(
         if predicted is None:
             return best
         pairs = pairs_of(measured, claim, predicted)
-        values, noise = values_of(measured, pairs)
-        residual, slopes = residual_of(measured, claim, pairs, values, predicted)
+        known = values_of(measured, pairs)
+        residual, slopes = residual_of(measured, claim, pairs, known.values, predicted)
         total = theta[:first] + measured.offset
         at_centre = residual + slopes[:, :first] @ total
-        rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
+        rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
         try:
             if errors_too and number % 2 == 1 and len(pairs):
-                sizes = likeliest(rows, at_centre, sizes, FIT.error_iterations)
+                sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations)
                 inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
-                rows = rows_of(measured, claim, pairs, noise, slopes[:, :first], inflation)
-            present = _at(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
+                rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
+            present = _evaluated(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
             return best
-        there = replace(present, evidence=present.evidence - _beyond(measured, present))
+        there = replace(present, evidence=present.evidence - _evidence_beyond(measured, present))
         best = there if best is None or there.evidence > best.evidence else best
         step = step_of(measured, present)
         then = bounded(hypothesis, theta, step)
@@ -118,26 +115,26 @@ def fit_claim(
     return best
 
 
-def refitted_errors(measured: Measured, item: ModalFit, claim: Claim) -> ModalFit:
+def refitted_errors(measured: ModalData, item: ModalFit, claim: Claim) -> ModalFit:
     """Return a fit's theta as one of another ``claim`` with the same causes, the sizes of errors fitted anew."""
     rows = replace(item.rows, changed=np.isin(item.rows.recording, claim.changed))
-    sizes = likeliest(rows, item.residual, item.sizes, FIT.error_iterations)
+    sizes = likeliest_sizes(rows, item.residual, item.sizes, FIT.error_iterations)
     return with_errors(measured, replace(item, claim=claim, rows=rows), sizes)
 
 
-def with_errors(measured: Measured, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
+def with_errors(measured: ModalData, item: ModalFit, sizes: ErrorSizes) -> ModalFit:
     """Return a fit as it stands, but with other ``sizes`` of errors."""
     rows, known = item.rows, (item.residual, item.slopes, item.inflation)
-    return _at(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
+    return _evaluated(measured, item.claim, item.theta, sizes, item.pairs, rows, *known)
 
 
-def as_drawn(measured: Measured, item: ModalFit) -> ModalFit:
+def as_drawn(measured: ModalData, item: ModalFit) -> ModalFit:
     """Return a fit's claim and theta as those of the structure that was drawn; the rest is as it was."""
     return replace(item, claim=measured.null, theta=-measured.offset)
 
 
-def _at(
-    measured: Measured,
+def _evaluated(
+    measured: ModalData,
     claim: Claim,
     theta: FloatArray,
     sizes: ErrorSizes,
@@ -151,14 +148,14 @@ def _at(
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
     lower = np.asarray(np.linalg.cholesky(rows.covariance(sizes)), dtype=np.float64)
     white = solve_triangular(lower, residual, lower=True)
-    evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.constant + sizes.log_prior
+    evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.log_constant + sizes.log_prior
     width = hypothesis.width[first:]
     if len(width):
         own = solve_triangular(lower, slopes[:, first:], lower=True)
         normal = own.T @ own + np.diag(1 / width**2)
         off = (theta[first:] - hypothesis.centre[first:]) / width
         evidence += -0.5 * float(off @ off) - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(width).sum())
-    evidence += log_density_of_outliers(measured, pairs) + log_prior_in(inflation)
+    evidence += log_density_of_unpaired(measured, pairs) + log_prior_in(inflation)
     covariance = _covariance(rows, sizes, slopes, width)
     return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence, inflation)
 
@@ -173,12 +170,12 @@ def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, prior: FloatAr
     """Return the inverse of the posterior covariance of values with these ``slopes``, in units of their ``prior``
     (value,), in which none is too large for another.
     """
-    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kind=())
+    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kinds=())
     whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) * prior
     return np.asarray(whitened.T @ whitened + np.eye(len(prior)))
 
 
-def _beyond(measured: Measured, item: ModalFit) -> float:
+def _evidence_beyond(measured: ModalData, item: ModalFit) -> float:
     """Return how much of the evidence is that of nominal values that the linearised modes promise, beyond these: none
     where they fit best.
     """
@@ -188,7 +185,7 @@ def _beyond(measured: Measured, item: ModalFit) -> float:
     return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], scale) @ off)
 
 
-def step_of(measured: Measured, item: ModalFit) -> FloatArray:
+def step_of(measured: ModalData, item: ModalFit) -> FloatArray:
     """Return how far theta (parameter,) is from where the linearised modes fit best within bounds, which are approached
     by a part of the way: the others go where they fit best beside a value that is held back.
     """
@@ -224,25 +221,3 @@ def bounded(hypothesis: Hypothesis, theta: FloatArray, step: FloatArray) -> Floa
     for bound, crossed in ((hypothesis.lower, then <= hypothesis.lower), (hypothesis.upper, then >= hypothesis.upper)):
         then[crossed] = theta[crossed] + FIT.bound_approach * (bound[crossed] - theta[crossed])
     return then
-
-
-def misfit_of(measured: Measured, item: ModalFit, known: ModalFit) -> float:
-    """Return the sum of squares of what a fit's theta leaves of the modes that a fit that is ``known`` pairs, in units
-    of its errors: of what modes vary by from one recording to the next and what their identification leaves open. Modes
-    that the theta itself no longer pairs are off by as much as modes that are none of the structure's.
-    """
-    predicted, every = predicted_of(measured, item.claim, item.theta)
-    pairs = every.among(known.pairs)
-    alone = ~known.pairs.are_among(pairs)[np.nonzero(free_values(measured, known.pairs))[0]]
-    total = float(np.sum((outlying_by(known.rows.quantity) ** 2 / _variance(known.rows, known))[alone]))
-    if not len(pairs):
-        return total
-    values, noise = values_of(measured, pairs)
-    residual, slopes = residual_of(measured, item.claim, pairs, values, predicted)
-    rows = rows_of(measured, item.claim, pairs, noise, slopes[:, : item.nuisances], known.inflation)
-    return total + float(np.sum(residual**2 / _variance(rows, known)))
-
-
-def _variance(rows: Rows, known: ModalFit) -> FloatArray:
-    """Return the variance (row,) of what is a recording's own, by the errors of a fit that is ``known``."""
-    return np.asarray(np.diag(rows.own_noise) + rows.varies(known.sizes) ** 2)

@@ -28,8 +28,8 @@ from hybrid.diagnosis.nominal.coordinates import Coordinates
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.reduction import spread_forces
 
-AT_PLACES = (SupportSpring, PointDamper)
-ELSEWHERE = (ModalDamping, SensorGain, SensorDelay)
+CAUSES_AT_PLACES = (SupportSpring, PointDamper)
+CAUSES_ELSEWHERE = (ModalDamping, SensorGain, SensorDelay)
 
 
 def grouped_candidates(nominal: NominalModel, motion: Motion, channels: tuple[Channel, ...]) -> tuple[Candidate, ...]:
@@ -39,10 +39,10 @@ def grouped_candidates(nominal: NominalModel, motion: Motion, channels: tuple[Ch
     known = Known(nominal, motion, channels, elongations=_elongations(coordinates))
     pulls = {str(place.location): place.pull[:, None] for place in known.places}
     found: list[Candidate] = [*_groups(nominal), *_masses(known, coordinates)]
-    for cause in AT_PLACES:
+    for cause in CAUSES_AT_PLACES:
         at_places = cause.candidates(known)
         found += [replace(own, pulls=pulls[str(own.location)]) for own in at_places]
-    for elsewhere in ELSEWHERE:
+    for elsewhere in CAUSES_ELSEWHERE:
         found += elsewhere.candidates(known)
     return tuple(found)
 

@@ -13,31 +13,31 @@ from scipy.linalg import solve_triangular
 from scipy.optimize import minimize
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
-from hybrid.diagnosis.modal.errors import (
-    FARTHEST,
-    MEDIANS,
-    NAMES,
-    QUANTITIES,
-    SCALES,
-    SPREADS,
+from hybrid.diagnosis.modal.error_sizes import (
+    LOG_LOWER,
+    LOG_MEDIANS,
+    LOG_SPREADS,
+    LOG_UPPER,
+    SCALE_OF,
+    SIZE_NAMES,
     ErrorSizes,
-    Rows,
     sizes_of,
 )
+from hybrid.diagnosis.modal.mode_values import MODE_QUANTITIES
+from hybrid.diagnosis.modal.rows import Rows
 
 
-def likeliest(rows: Rows, residual: FloatArray, start: ErrorSizes, iterations: int) -> ErrorSizes:
+def likeliest_sizes(rows: Rows, residual: FloatArray, start: ErrorSizes, iterations: int) -> ErrorSizes:
     """Return the sizes with which a ``residual`` (row,) is most likely, beside their priors, sought from ``start``."""
     likelihood = Likelihood(rows, residual)
 
     def cost(logs: FloatArray) -> tuple[float, FloatArray]:
         sizes = sizes_of(logs)
         value, slope = likelihood.at(sizes)
-        return -value - sizes.log_prior, -(slope - (logs - MEDIANS) / SPREADS**2)
+        return -value - sizes.log_prior, -(slope - (logs - LOG_MEDIANS) / LOG_SPREADS**2)
 
-    least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
-    begun = np.clip(np.log(start.values), least, most)
-    bounds = list(zip(least, most, strict=True))
+    begun = np.clip(np.log(start.values), LOG_LOWER, LOG_UPPER)
+    bounds = list(zip(LOG_LOWER, LOG_UPPER, strict=True))
     found = minimize(cost, begun, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": iterations})
     return sizes_of(found.x)
 
@@ -104,11 +104,11 @@ class Likelihood:
 
     def at(self, sizes: ErrorSizes) -> tuple[float, FloatArray]:
         """Return the log density of the residual, and its slope (size,) by the logarithm of each size."""
-        common, varies = (self._in_blocks(self.rows.by_row(sizes, end)) for end in ("", "_varies"))
+        common, varying = self._in_blocks(self.rows.common(sizes)), self._in_blocks(self.rows.varying(sizes))
         alike, unknown, every = self._alike, self._unknown, np.arange(self._places.shape[1])
         blocks = self._noise + alike * (common[:, :, None] * common[:, None])
         blocks += alike * (sizes.change**2 * unknown[:, :, None] * unknown[:, None])
-        blocks[:, every, every] += varies**2
+        blocks[:, every, every] += varying**2
         lower = np.linalg.cholesky(blocks)
         whitening = np.linalg.inv(lower)
         back_again, scales = whitening.swapaxes(1, 2), self.rows.scales(sizes)
@@ -125,26 +125,27 @@ class Likelihood:
         back: FloatArray = np.asarray(np.linalg.inv(capacity), dtype=np.float64)
         along = along - weighted @ (back @ pulled)[:, None]
         outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
-        return value + self.rows.constant, self._slope(sizes, varies, outer, pulled, back)
+        return value + self.rows.log_constant, self._slope(sizes, varying, outer, pulled, back)
 
     def _slope(
-        self, sizes: ErrorSizes, varies: FloatArray, outer: FloatArray, pulled: FloatArray, back: FloatArray
+        self, sizes: ErrorSizes, varying: FloatArray, outer: FloatArray, pulled: FloatArray, back: FloatArray
     ) -> FloatArray:
-        """Return the slopes (size,); ``varies`` (block, place) as the sizes have it; ``outer`` (block, place, place):
+        """Return the slopes (size,); ``varying`` (block, place): the standard deviation of
+        what differs between recordings; ``outer`` (block, place, place):
         a a^T less the inverse of the covariance, a that inverse times the residual; ``pulled`` (nuisance,): S^T D^-1
         residual, ``back``: the inverse of 1 + S^T D^-1 S.
         """
         within = np.sum(outer * self._alike, axis=2)  # of each row, with those that share its error
         alone = np.diagonal(outer, axis1=1, axis2=2)
-        found = dict.fromkeys(NAMES, 0.0)
-        for number, name in enumerate(QUANTITIES):
+        found = dict.fromkeys(SIZE_NAMES, 0.0)
+        for number, name in enumerate(MODE_QUANTITIES):
             own = self._quantity == number
             found[name] = getattr(sizes, name) ** 2 * float(within[own].sum())
-            found[f"{name}_varies"] = float((varies**2 * alone)[own].sum())
+            found[f"{name}_varies"] = float((varying**2 * alone)[own].sum())
         if self._unknown.any():
             both = self._unknown[:, :, None] * self._unknown[:, None]
             found["change"] = sizes.change**2 * float(np.sum(outer * self._alike * both))
         each = (back @ pulled) ** 2 - (1 - np.diag(back))  # diag(S^T outer S)
-        for kind, name in SCALES.items():
-            found[name] = float(sum(value for value, own in zip(each, self.rows.kind, strict=True) if own == kind))
-        return np.array([found[name] for name in NAMES])
+        for kind, name in SCALE_OF.items():
+            found[name] = float(sum(value for value, own in zip(each, self.rows.kinds, strict=True) if own == kind))
+        return np.array([found[name] for name in SIZE_NAMES])

@@ -8,6 +8,15 @@ import numpy as np
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.mode_estimate import ModeEstimate
 from hybrid.diagnosis.modal.config import COMBINATION, LISTED
+from hybrid.diagnosis.modal.mode_values import (
+    FREQUENCY,
+    RATIO,
+    ModeValues,
+    quantities_of,
+    shape_parts,
+    value_count,
+    values_of_modes,
+)
 from hybrid.identification.identified_modes import IdentifiedModes
 
 
@@ -16,8 +25,8 @@ class MeasuredModes:
     """The modes of one recording, by its ``name``.
 
     ``log_omega`` (mode,) of rad/s; damping ``ratios`` (mode,); complex ``shapes`` (mode, sensor) of any scale and
-    phase. ``covariance`` (mode, 2 + 2 sensor, 2 + 2 sensor) of log omega, ratio, then Re and Im of each entry.
-    ``shown`` (mode,): whose shape is known; None: of all.
+    phase. ``covariance`` (mode, value, value) of their values, see `mode_values`. ``shown`` (mode,): whose shape is
+    known; None: of all.
     """
 
     name: str
@@ -31,7 +40,7 @@ class MeasuredModes:
     def listed(name: str, modes: Sequence[ModeEstimate], sensors: int) -> "MeasuredModes":
         """Return modes that somebody identified; what was not has the usual error, or any value at all."""
         omega = np.array([2 * np.pi * mode.frequency for mode in modes])
-        frequency = [mode.frequency_std or LISTED.frequency_error * mode.frequency for mode in modes]
+        frequency_errors = [mode.frequency_std or LISTED.frequency_error * mode.frequency for mode in modes]
         ratios = [LISTED.unknown_ratio if mode.damping_ratio is None else mode.damping_ratio for mode in modes]
         known = [mode.damping_ratio is not None for mode in modes]
         ratio_errors = [
@@ -45,14 +54,10 @@ class MeasuredModes:
             else mode.shape_std or LISTED.shape_error * float(np.abs(mode.shape).max())
             for mode in modes
         ]
-        variances = np.column_stack(
-            [
-                np.square(frequency) / np.square([mode.frequency for mode in modes]),
-                np.square(ratio_errors),
-                np.repeat(np.square(shape_errors)[:, None], 2 * sensors, axis=1),
-            ]
-        )
-        covariance = np.array([np.diag(own) for own in variances])
+        log_omega_variance = np.square(frequency_errors) / np.square([mode.frequency for mode in modes])
+        shape_variance = np.square(shape_errors)
+        by_quantity = np.column_stack([log_omega_variance, np.square(ratio_errors), shape_variance, shape_variance])
+        covariance = np.array([np.diag(own) for own in by_quantity[:, quantities_of(sensors)]])
         shown = np.array([mode.shape is not None for mode in modes], dtype=bool)
         return MeasuredModes(name, np.log(omega), np.array(ratios), np.array(shapes, dtype=complex), covariance, shown)
 
@@ -62,24 +67,29 @@ class MeasuredModes:
         modes = found.take(~are_combinations(found))
         return MeasuredModes(name, np.log(np.abs(modes.roots)), modes.ratios, modes.shapes.T, modes.scatter)
 
-    def over(self, reference: IntArray) -> tuple[FloatArray, FloatArray]:
-        """Return log omega, ratio, Re and Im of each shape over its ``reference`` (mode,) entry, (mode, 2 + 2 sensor),
-        and their covariance: z = v / v_ref has dz = (dv - z dv_ref) / v_ref.
+    @property
+    def count(self) -> int:
+        """Number of modes."""
+        return len(self.log_omega)
+
+    def values_over(self, reference: IntArray) -> ModeValues:
+        """Return the values of all modes over their ``reference`` (mode,) entries.
+
+        z = v / v_ref has dz = (dv - z dv_ref) / v_ref, which turns the covariance.
         """
-        count, sensors = self.shapes.shape
-        every = np.arange(count)
+        every, sensors = np.arange(self.count), self.shapes.shape[1]
         by = self.shapes[every, reference][:, None]
         z = self.shapes / by
-        turned = np.zeros((count, 2 + 2 * sensors, 2 + 2 * sensors))
-        turned[:, 0, 0] = turned[:, 1, 1] = 1.0
-        real, imaginary = slice(2, 2 + sensors), slice(2 + sensors, 2 + 2 * sensors)
-        slope = np.zeros((count, sensors, sensors), dtype=complex)
+        turned = np.zeros((self.count, value_count(sensors), value_count(sensors)))
+        turned[:, FREQUENCY, FREQUENCY] = turned[:, RATIO, RATIO] = 1.0
+        real, imaginary = shape_parts(sensors)
+        slope = np.zeros((self.count, sensors, sensors), dtype=complex)
         slope[:, range(sensors), range(sensors)] = 1 / by
         slope[every, :, reference] -= z / by
         turned[:, real, real], turned[:, real, imaginary] = slope.real, -slope.imag
         turned[:, imaginary, real], turned[:, imaginary, imaginary] = slope.imag, slope.real
-        values = np.column_stack([self.log_omega, self.ratios, z.real, z.imag])
-        return values, turned @ self.covariance @ turned.swapaxes(1, 2)
+        values = values_of_modes(self.log_omega, self.ratios, z)
+        return ModeValues(values, turned @ self.covariance @ turned.swapaxes(1, 2))
 
 
 def are_combinations(found: IdentifiedModes) -> BoolArray:

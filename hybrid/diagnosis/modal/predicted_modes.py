@@ -10,6 +10,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
+from hybrid.diagnosis.modal.mode_values import values_of_modes
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.config import STATE_SPACE
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -38,16 +39,15 @@ class PredictedModes:
         """The damping ratios (variant, mode)."""
         return np.asarray(-self.roots.real / np.abs(self.roots))
 
-    def over(self, mode: IntArray, reference: IntArray) -> FloatArray:
-        """Return log omega, ratio, Re and Im of the shape over its ``reference`` (row,) entry of each ``mode`` (row,),
-        or (variant, row), as (variant, row, 2 + 2 sensor).
+    def values_over(self, mode: IntArray, reference: IntArray) -> FloatArray:
+        """Return the values (variant, row, value) of each ``mode`` (row,), or (variant, row), its shape over its
+        ``reference`` (row,) entry; see `mode_values`.
         """
         variant = np.arange(len(self.roots))[:, None]
         mode = np.broadcast_to(mode, (len(variant), np.shape(mode)[-1]))
         shapes = self.shapes[variant, mode]
         z = shapes / shapes[variant, np.arange(mode.shape[1]), reference][..., None]
-        first = np.stack([self.log_omega[variant, mode], self.ratios[variant, mode]], axis=-1)
-        return np.concatenate([first, z.real, z.imag], axis=-1)
+        return values_of_modes(self.log_omega[variant, mode], self.ratios[variant, mode], z)
 
 
 def predicted_modes(

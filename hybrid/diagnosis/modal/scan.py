@@ -7,6 +7,7 @@ another.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import solve_triangular
@@ -18,13 +19,14 @@ from fe_models.causes.candidate import (
     ModeCandidate,
     SensorCandidate,
 )
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.paired_rows import free_values
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import free_values
 from hybrid.diagnosis.modal.pairing import paired
-from hybrid.diagnosis.modal.predicted_modes import predicted_modes
+from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
 from hybrid.diagnosis.parallel import parallel_map
+from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 Recordings = tuple[int, ...]
 
@@ -40,37 +42,19 @@ class Trial:
 
 
 def shows_in_modes(candidate: Candidate) -> bool:
-    """Return whether modes tell a cause, and by one size: not force laws, drifts and harmonic forces."""
+    """Return whether modes tell a cause, by one size: what changes matrices, a mode, or a sensor's gain or delay."""
     drifts = isinstance(candidate, SensorCandidate) and candidate.quantity == "drift"
     return isinstance(candidate, MatrixCandidate | ModeCandidate | SensorCandidate) and not drifts
 
 
 def scan(
-    measured: Measured,
-    base: ModalFit,
-    candidates: Sequence[Candidate],
-    groups: Sequence[Recordings],
+    measured: ModalData, base: ModalFit, candidates: Sequence[Candidate], groups: Sequence[Recordings]
 ) -> list[Trial]:
     """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first."""
     taken = {candidate.key for candidate in base.claim.hypothesis.candidates}
     own = [candidate for candidate in candidates if shows_in_modes(candidate) and candidate.key not in taken]
-    first, hypothesis = base.nuisances, base.claim.hypothesis
-    total = base.theta[:first] + measured.offset
-    at_centre = base.residual  # where nominal values are at their centre
-    fitted = solve_triangular(base.lower, base.slopes[:, first:], lower=True)
-    basis = np.linalg.qr(fitted)[0] if len(hypothesis.candidates) else np.zeros((len(at_centre), 0))
-    masks = np.array([np.isin(base.rows.recording, group) for group in groups])
-    shown = sorted({recording for group in groups for recording in group})
-
-    def tried(candidate: Candidate) -> list[Trial]:
-        moved = _moved(measured, base, candidate, total, sizes_of(candidate), shown)
-        if moved is None:
-            return []
-        sizes, residuals = moved
-        return _ranked(base, candidate, sizes, residuals - at_centre, masks, groups, basis)
-
-    found = [trial for trials in parallel_map(tried, own) for trial in trials]
-    return sorted(found, key=lambda trial: -trial.gain)
+    found = parallel_map(_Scan(measured, base, tuple(groups)).trials, own)
+    return sorted((trial for trials in found for trial in trials), key=lambda trial: -trial.gain)
 
 
 def sizes_of(candidate: Candidate) -> FloatArray:
@@ -80,93 +64,111 @@ def sizes_of(candidate: Candidate) -> FloatArray:
     return np.asarray(sizes[(sizes > candidate.lower[0]) & (sizes < most)])
 
 
-def _moved(
-    measured: Measured,
-    base: ModalFit,
-    candidate: Candidate,
-    total: FloatArray,
-    sizes: FloatArray,
-    shown: Sequence[int],
-) -> tuple[FloatArray, FloatArray] | None:
-    """Return those of the ``sizes`` (size,) at which the structure stands, and what is left of all rows, (size, row),
-    with each of them in the recordings that are ``shown``; nominal values at their centre.
-    """
-    claim = base.claim
-    with_it = claim.hypothesis.adding(candidate)
-    sizes = sizes[with_it.weighs(_with_each(base.theta, sizes))]
-    if not len(sizes):
-        return None
-    pairs, free = base.pairs, free_values(measured, base.pairs)
-    residuals, stands = np.zeros((len(sizes), *free.shape)), np.ones(len(sizes), dtype=bool)
-    residuals[:, free] = base.residual - base.rows.slopes @ total
-    for off in dict.fromkeys(claim.off(recording) for recording in shown):
-        hypothesis, kept = with_it.less(off), claim.hypothesis.parameters_of(off)
-        modes = predicted_modes(hypothesis, _with_each(base.theta[kept], sizes), measured.outputs)
-        if modes is None or not modes.roots.shape[1]:
-            return None
-        stands &= modes.stands
-        for recording in shown:
-            if claim.off(recording) != off:
-                continue
-            seen = measured.recordings[recording]
-            here = np.flatnonzero(pairs.recording == recording)
-            values = seen.over(_references(base, measured, recording))[0][pairs.measured[here]]
-            modes_of = np.full((len(sizes), len(seen.log_omega)), -1)
-            modes_of[modes.stands] = paired(
-                seen, modes.log_omega[modes.stands], modes.shapes[modes.stands], measured.orders
-            )
-            modes_of = modes_of[:, pairs.measured[here]]
-            known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
-            modes_of = np.where(modes_of >= 0, modes_of, known)
-            residuals[:, here] = values - modes.over(modes_of, pairs.reference[here])
-    left = residuals[:, free] + base.rows.slopes @ total
-    return (sizes[stands], left[stands]) if stands.any() else None
+@dataclass(frozen=True, eq=False)
+class _Scan:
+    """Trials beside a fit, the ``base``, to what was ``measured``, in ``groups`` of recordings."""
+
+    measured: ModalData
+    base: ModalFit
+    groups: tuple[Recordings, ...]
+
+    def trials(self, candidate: Candidate) -> list[Trial]:
+        """Return a candidate in each group, of the size that promises most; none where the structure does not stand."""
+        with_it = self.base.claim.hypothesis.adding(candidate)
+        sizes = sizes_of(candidate)
+        sizes = sizes[with_it.weighs(_with_each(self.base.theta, sizes))]
+        found = self._left(with_it, sizes) if len(sizes) else None
+        if found is None:
+            return []
+        left, stands = found
+        if not stands.any():
+            return []
+        return self._best_trials(candidate, sizes[stands], left[stands] - self.base.residual)
+
+    @cached_property
+    def _shown(self) -> list[int]:
+        """The recordings of all groups."""
+        return sorted({recording for group in self.groups for recording in group})
+
+    @cached_property
+    def _deviation(self) -> FloatArray:
+        """How far nominal values (nuisance,) are from their centre."""
+        return np.asarray(self.base.theta[: self.base.nuisances] + self.measured.offset)
+
+    @cached_property
+    def _basis(self) -> FloatArray:
+        """An orthonormal basis (row, parameter) of what the causes of the base move, in units of all errors."""
+        if not self.base.claim.hypothesis.candidates:
+            return np.zeros((len(self.base.residual), 0))
+        fitted = solve_triangular(self.base.lower, self.base.slopes[:, self.base.nuisances :], lower=True)
+        return np.asarray(np.linalg.qr(fitted)[0])
+
+    @cached_property
+    def _masks(self) -> BoolArray:
+        """Which rows are of each group, (group, row)."""
+        return np.array([np.isin(self.base.rows.recording, group) for group in self.groups])
+
+    def _left(self, with_it: Hypothesis, sizes: FloatArray) -> tuple[FloatArray, BoolArray] | None:
+        """Return what is left of all rows, (size, row), where a candidate of these ``sizes`` acts in the recordings of
+        all groups, nominal values at their centre; and at which sizes the structure stands. None where it has no modes.
+        """
+        base, claim = self.base, self.base.claim
+        free = free_values(base.pairs.reference, len(self.measured.sensors))
+        to_centre = base.rows.slopes @ self._deviation
+        residuals, stands = np.zeros((len(sizes), *free.shape)), np.ones(len(sizes), dtype=bool)
+        residuals[:, free] = base.residual - to_centre
+        for idle in dict.fromkeys(claim.idle_in(recording) for recording in self._shown):
+            hypothesis, kept = with_it.less(idle), claim.hypothesis.parameters_of(idle)
+            modes = predicted_modes(hypothesis, _with_each(base.theta[kept], sizes), self.measured.outputs)
+            if modes is None or not modes.roots.shape[1]:
+                return None
+            stands &= modes.stands
+            for recording in self._shown:
+                if claim.idle_in(recording) == idle:
+                    residuals[:, base.pairs.recording == recording] = self._left_in(recording, modes)
+        return residuals[:, free] + to_centre, stands
+
+    def _left_in(self, recording: int, modes: PredictedModes) -> FloatArray:
+        """Return what ``modes`` leave of the values (variant, pair, value) of a recording's pairs, paired anew."""
+        pairs, seen = self.base.pairs, self.measured.recordings[recording]
+        here = np.flatnonzero(pairs.recording == recording)
+        measured, stands = pairs.measured[here], modes.stands
+        values = seen.values_over(pairs.references_in(recording, seen.count)).values[measured]
+        anew = np.full((len(stands), seen.count), -1)
+        anew[stands] = paired(seen, modes.log_omega[stands], modes.shapes[stands], self.measured.orders)
+        anew = anew[:, measured]
+        known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
+        return values - modes.values_over(np.where(anew >= 0, anew, known), pairs.reference[here])
+
+    def _best_trials(self, candidate: Candidate, sizes: FloatArray, changes: FloatArray) -> list[Trial]:
+        """Return the best size of a candidate in each group; ``changes`` (size, row) of what is left by its action."""
+        base, basis = self.base, self._basis
+        width, neutral = candidate.width[0], candidate.neutral[0]
+        masked = changes * self._masks[:, None]  # (group, size, row)
+        white = solve_triangular(base.lower, masked.reshape(-1, masked.shape[-1]).T, lower=True)
+        white = white.T.reshape(masked.shape)
+        start = base.white - basis @ (basis.T @ base.white)
+        white = white - (white @ basis) @ basis.T
+        left = start + white
+        nothing = int(np.searchsorted(sizes, neutral))  # where a size that does nothing stands among them
+        slope = -np.gradient(np.insert(white, nothing, 0.0, axis=1), np.insert(sizes, nothing, neutral), axis=1)
+        slope = np.delete(slope, nothing, axis=1)
+        precision = np.sum(slope**2, axis=-1) + 1 / width**2
+        off = sizes - neutral
+        along = np.sum(slope * left, axis=-1) - off / width**2
+        step = along / precision
+        cost = np.sum(left**2, axis=-1) + (off / width) ** 2 - along**2 / precision
+        gain = 0.5 * (float(start @ start) - cost) - 0.5 * np.log(precision * width**2)
+        best = np.argmax(gain, axis=1)
+        trials = []
+        for number, group in enumerate(self.groups):
+            size = sizes[best[number]] + np.clip(step[number, best[number]], -width, width)
+            least, most = candidate.lower[0], candidate.upper[0] if candidate.upper else np.inf
+            inside = size if least < size < most else sizes[best[number]]
+            trials.append(Trial(candidate, float(inside), group, float(gain[number, best[number]])))
+        return trials
 
 
 def _with_each(theta: FloatArray, sizes: FloatArray) -> FloatArray:
     """Return theta (parameter,) with each of the sizes (size,) of one candidate more, (size, parameter)."""
     return np.column_stack([np.repeat(theta[None], len(sizes), axis=0), sizes])
-
-
-def _references(base: ModalFit, measured: Measured, recording: int) -> np.ndarray:
-    """Return the reference entry of each measured mode of a recording, as its pairs have it."""
-    found = np.zeros(len(measured.recordings[recording].log_omega), dtype=int)
-    here = base.pairs.recording == recording
-    found[base.pairs.measured[here]] = base.pairs.reference[here]
-    return found
-
-
-def _ranked(
-    base: ModalFit,
-    candidate: Candidate,
-    sizes: FloatArray,
-    changes: FloatArray,
-    masks: BoolArray,
-    groups: Sequence[Recordings],
-    basis: FloatArray,
-) -> list[Trial]:
-    """Return the best size of a candidate in each group; ``changes`` (size, row) of what is left by its action."""
-    width, neutral = candidate.width[0], candidate.neutral[0]
-    masked = changes * masks[:, None]  # (group, size, row)
-    white = solve_triangular(base.lower, masked.reshape(-1, masked.shape[-1]).T, lower=True)
-    white = white.T.reshape(masked.shape)
-    start = base.white - basis @ (basis.T @ base.white)
-    white = white - (white @ basis) @ basis.T
-    left = start + white
-    nothing = int(np.searchsorted(sizes, neutral))  # where a size that does nothing stands among them
-    slope = -np.gradient(np.insert(white, nothing, 0.0, axis=1), np.insert(sizes, nothing, neutral), axis=1)
-    slope = np.delete(slope, nothing, axis=1)
-    precision = np.sum(slope**2, axis=-1) + 1 / width**2
-    off = sizes - neutral
-    along = np.sum(slope * left, axis=-1) - off / width**2
-    step = along / precision
-    cost = np.sum(left**2, axis=-1) + (off / width) ** 2 - along**2 / precision
-    gain = 0.5 * (float(start @ start) - cost) - 0.5 * np.log(precision * width**2)
-    best = np.argmax(gain, axis=1)
-    trials = []
-    for number, group in enumerate(groups):
-        size = sizes[best[number]] + np.clip(step[number, best[number]], -width, width)
-        least, most = candidate.lower[0], candidate.upper[0] if candidate.upper else np.inf
-        inside = size if least < size < most else sizes[best[number]]
-        trials.append(Trial(candidate, float(inside), group, float(gain[number, best[number]])))
-    return trials

@@ -16,12 +16,13 @@ from fe_models.arrays import FloatArray
 from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
-from hybrid.diagnosis.contest.posterior import NOTHING
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.config import FIT, SCAN
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.contest.posterior import PRIOR_NOTHING_WRONG
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
-from hybrid.diagnosis.modal.paired_rows import Inflation
+from hybrid.diagnosis.modal.inflation import Inflation
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
@@ -39,15 +40,27 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Touching:
+    """The candidates, by their ``keys``, that touch the place of a cause, in the recordings in which that ``acts``."""
+
+    keys: frozenset[str]
+    acts: Recordings
+
+    def has(self, trial: Trial) -> bool:
+        """Return whether a trial is one of them."""
+        return trial.acts == self.acts and trial.candidate.key in self.keys
+
+
+@dataclass(frozen=True)
 class Search:
     """What is searched: ``candidates`` beside the nominal structure of ``measured``; ``odds`` of each beforehand."""
 
-    measured: Measured
+    measured: ModalData
     candidates: tuple[Candidate, ...]
     odds: Odds
 
     @classmethod
-    def of(cls, measured: Measured, candidates: Sequence[Candidate]) -> "Search":
+    def of(cls, measured: ModalData, candidates: Sequence[Candidate]) -> "Search":
         """Return the search over those ``candidates`` that modes can tell."""
         own = tuple(candidate for candidate in candidates if shows_in_modes(candidate))
         return cls(measured, own, Odds.among(own, 1.0))
@@ -75,15 +88,16 @@ class Search:
 
     def log_odds(self, claim: Claim) -> float:
         """Return the log probability of a claim before anything is measured, but for what all have in common."""
-        count = len(claim.acts) + bool(claim.changed)
-        prior = sum(float(np.log(SCAN.further if number else 1 - NOTHING)) for number in range(count))
+        count, prior = len(claim.acts) + bool(claim.changed), 0.0
+        for number in range(count):
+            prior += float(np.log(SCAN.further_probability if number else 1 - PRIOR_NOTHING_WRONG))
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
-            prior += self.odds.log(candidate) + self._log_of(acts)
+            prior += self.odds.log(candidate) + self._log_odds_of_acting(acts)
         if claim.changed:
-            prior += self._log_of(claim.changed) - float(np.log(1 + len(self.odds.weights)))
+            prior += self._log_odds_of_acting(claim.changed) - float(np.log(1 + len(self.odds.weights)))
         return prior
 
-    def _log_of(self, acts: Recordings) -> float:
+    def _log_odds_of_acting(self, acts: Recordings) -> float:
         """Return the log probability that a cause acts there: of the two sides of a change the smaller is the likelier,
         by a factor of two for each recording, as a structure is mostly as it was; then the later, as what was drawn
         stood there first.
@@ -110,45 +124,47 @@ class Search:
         for number, stage in enumerate(MODAL_CAUSES):
             tell(stage)
             before = self.score(self.ranked(fits)[0])
-            fits += self._extended(frontier)
+            fits += self._with_another_cause(frontier)
             best = self.ranked(fits)[0]
-            fits += self._moved(best, (number,), anywhere=True) if len(best.claim.acts) == number + 1 else []
+            if len(best.claim.acts) == number + 1:
+                fits += self._with_causes_exchanged(best, (number,), anywhere=True)
             frontier = self._kept([item for item in fits if len(item.claim.acts) == number + 1])
             if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain or frontier[0].sizes.are_usual:
                 break
         tell("other causes in their place")
         best = self.ranked(fits)[0]
-        fits += self._moved(best, range(len(best.claim.acts))) if len(best.claim.acts) > 1 else []
-        return self.ranked([*fits, *self._dropped(fits)])
+        if len(best.claim.acts) > 1:
+            fits += self._with_causes_exchanged(best, range(len(best.claim.acts)))
+        return self.ranked([*fits, *self._with_causes_taken_out(fits)])
 
     def _kept(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return the best of the fits, that further causes are added to."""
-        ranked = self.ranked(fits)[: SCAN.kept]
+        ranked = self.ranked(fits)[: SCAN.max_kept]
         return [item for item in ranked if self.score(item) > self.score(ranked[0]) - SCAN.beam_nats]
 
     def run_changes(self, null: ModalFit) -> list[ModalFit]:
         """Return the fits without a cause, of an unknown change in some recordings, too, most probable first."""
-        return self.ranked([null, *self._changed(null)])
+        return self.ranked([null, *self._with_unknown_change(null)])
 
-    def _changed(self, null: ModalFit) -> list[ModalFit]:
+    def _with_unknown_change(self, null: ModalFit) -> list[ModalFit]:
         """Return fits with an unknown change in some recordings: where they differ at all."""
         if self.count < 2:
             return []
         groups = [group for group in self.groups if len(group) < self.count]
         guessed = [refitted_errors(self.measured, null, Claim(null.claim.hypothesis, (), group)) for group in groups]
-        best = self.ranked(guessed)[: SCAN.kept]
+        best = self.ranked(guessed)[: SCAN.max_kept]
         found = [
             fit_claim(self.measured, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in best
         ]
         return [item for item in found if item is not None]
 
-    def _extended(self, frontier: Sequence[ModalFit], beside: Callable[[Trial], bool] | None = None) -> list[ModalFit]:
+    def _with_another_cause(self, frontier: Sequence[ModalFit], beside: Touching | None = None) -> list[ModalFit]:
         """Return fits with a cause more than those of the ``frontier``: of each of these the most promising, and of
         those ``beside`` what was found, where that is known.
         """
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
-            for start in self._started(base, beside):
+            for start in self._starts_with_another_cause(base, beside):
                 if start.claim.key in seen:
                     continue
                 seen.add(start.claim.key)
@@ -158,7 +174,7 @@ class Search:
                     found += [] if item is None else [item]
         return found
 
-    def _started(self, base: ModalFit, beside: Callable[[Trial], bool] | None) -> list[Start]:
+    def _starts_with_another_cause(self, base: ModalFit, beside: Touching | None) -> list[Start]:
         """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere.
 
         Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it. So
@@ -172,9 +188,9 @@ class Search:
             parts.append(([changed], with_errors(self.measured, base, hardly)))
         found = []
         for groups, present in parts:
-            trials = self._ranked(scan(self.measured, present, self.candidates, groups))
-            more = [] if beside is None else [trial for trial in trials[SCAN.polished :] if beside(trial)]
-            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.polished], *more]]
+            trials = self._ranked_trials(scan(self.measured, present, self.candidates, groups))
+            more = [] if beside is None else [trial for trial in trials[SCAN.max_polished :] if beside.has(trial)]
+            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.max_polished], *more]]
             found += self._polished(starts)
         return found
 
@@ -187,12 +203,16 @@ class Search:
         theta[single] = -self.measured.offset[single]
         return self._fitted(Start(base.claim, theta, base.sizes.as_usual, base.inflation))
 
-    def _ranked(self, trials: Sequence[Trial]) -> list[Trial]:
-        """Return trials by what they may gain of the log posterior; not those that nominal values stand for."""
-        own = [trial for trial in trials if len(trial.acts) < self.count or not self._is_nominal(trial.candidate)]
-        return sorted(own, key=lambda trial: -(trial.gain + self.odds.log(trial.candidate) + self._log_of(trial.acts)))
+    def _ranked_trials(self, trials: Sequence[Trial]) -> list[Trial]:
+        """Return trials by what they may gain of the log posterior, without those that are fitted anyway."""
+        own = [trial for trial in trials if len(trial.acts) < self.count or not self._is_fitted_anyway(trial.candidate)]
+        return sorted(own, key=lambda trial: -self._promise(trial))
 
-    def _is_nominal(self, candidate: Candidate) -> bool:
+    def _promise(self, trial: Trial) -> float:
+        """Return what a trial may gain of the log posterior."""
+        return trial.gain + self.odds.log(trial.candidate) + self._log_odds_of_acting(trial.acts)
+
+    def _is_fitted_anyway(self, candidate: Candidate) -> bool:
         """Return whether a candidate is a damping ratio, or the stiffness of elements that are uncertain as a whole:
         these are fitted anyway. A single element may be off by more than any value, all the same.
         """
@@ -209,7 +229,7 @@ class Search:
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
         items = [item for item in parallel_map(self._fitted, starts) if item is not None]
-        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.fitted]
+        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.max_fitted]
         return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
 
     def _fitted(self, start: Start) -> ModalFit | None:
@@ -217,7 +237,7 @@ class Search:
         known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
         return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation)
 
-    def _dropped(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
+    def _with_causes_taken_out(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
         a cause may have come in before nominal values were where they should be.
         """
@@ -230,7 +250,7 @@ class Search:
             best = own[0]
         return found
 
-    def _moved(self, best: ModalFit, numbers: Sequence[int], anywhere: bool = False) -> list[ModalFit]:
+    def _with_causes_exchanged(self, best: ModalFit, numbers: Sequence[int], anywhere: bool = False) -> list[ModalFit]:
         """Return fits in which causes of a fit, by their ``numbers``, are others next to them, or, at first,
         ``anywhere``; so again of the best of them, as long as one is the better for it.
 
@@ -238,8 +258,9 @@ class Search:
         others are sought with the values as they are beside it.
         """
         found = list[ModalFit]()
-        for move in range(SCAN.moves):
-            more = [item for number in numbers for item in self._instead(best, number, anywhere and move == 0)]
+        for move in range(SCAN.max_moves):
+            each = [self._with_cause_exchanged(best, number, anywhere and move == 0) for number in numbers]
+            more = [item for fits in each for item in fits]
             found += more
             now = self.ranked([best, *more])[0]
             if now is best:
@@ -247,25 +268,23 @@ class Search:
             best = now
         return found
 
-    def _instead(self, best: ModalFit, number: int, anywhere: bool) -> list[ModalFit]:
+    def _with_cause_exchanged(self, best: ModalFit, number: int, anywhere: bool) -> list[ModalFit]:
         """Return fits with another cause in the place of one of a fit's, nominal values and errors as they are.
 
         What touches its place is tried alone, or, of all ``anywhere``, in any case: scans say roughly what a large
         cause gains.
         """
-        structure, acts = self.measured.nominal.structure, best.claim.acts[number]
+        structure = self.measured.nominal.structure
         here = nodes_at(best.claim.hypothesis.candidates[number].location, structure)
-        touching = {own.key for own in self.candidates if not here.isdisjoint(nodes_at(own.location, structure))}
-
-        def beside(trial: Trial) -> bool:
-            return trial.acts == acts and trial.candidate.key in touching
-
+        touching = frozenset(
+            own.key for own in self.candidates if not here.isdisjoint(nodes_at(own.location, structure))
+        )
         kept = best.claim.hypothesis.parameters_of((number,))
         less, theta = best.claim.less(number), best.theta[kept]
         base = fit_claim(self.measured, less, theta, best.sizes, 1, errors_too=False, inflation=best.inflation)
         own = tuple(candidate for candidate in self.candidates if anywhere or candidate.key in touching)
-        search = replace(self, candidates=own)
-        return [] if base is None else search._extended([base], beside)
+        search, beside = replace(self, candidates=own), Touching(touching, best.claim.acts[number])
+        return [] if base is None else search._with_another_cause([base], beside)
 
 
 def _start(base: ModalFit, trial: Trial) -> Start:
@@ -276,7 +295,7 @@ def _start(base: ModalFit, trial: Trial) -> Start:
     return Start(more, np.append(base.theta, trial.size), base.sizes, base.inflation)
 
 
-def less_one(measured: Measured, item: ModalFit) -> list[ModalFit]:
+def less_one(measured: ModalData, item: ModalFit) -> list[ModalFit]:
     """Return the fits of a fit's claim less one of its causes, each in turn."""
     claim = item.claim
     found = [
@@ -297,26 +316,3 @@ def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
     scores = np.array([search.score(item) for item in fits])
     weights = np.exp(scores - scores.max())
     return np.asarray(weights / weights.sum())
-
-
-def null_fit(measured: Measured) -> ModalFit | None:
-    """Return the fit of the nominal structure, its values as far off as the modes say.
-
-    From values as they were drawn, and, where much is left, from others: far off, a measured mode is at first taken for
-    another one, and errors for as large as that makes them, or for none. Until the best is found again and again.
-    """
-    rng, parts = np.random.default_rng(0), len(measured.nominal.parts)
-    found = list[ModalFit]()
-    for number in range(1 + FIT.null_starts):
-        theta = -measured.offset
-        if number:
-            theta[:parts] += FIT.start_spread * rng.standard_normal(parts)
-        sizes = ErrorSizes(element_scale=FIT.element_scales[number % len(FIT.element_scales)])
-        item = fit_claim(measured, measured.null, theta, sizes, FIT.null_iterations)
-        found += [] if item is None else [item]
-        best = max(found, key=lambda own: own.evidence, default=None)
-        if best is None or (best.sizes.are_usual and len(best.pairs) == measured.modes):
-            break
-        if sum(own.evidence > best.evidence - FIT.same_nats for own in found) >= FIT.null_agreeing:
-            break
-    return max(found, key=lambda own: own.evidence, default=None)

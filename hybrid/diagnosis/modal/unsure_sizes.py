@@ -9,15 +9,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import UNSURE_SIZES
-from hybrid.diagnosis.modal.errors import FARTHEST, MEDIANS, SPREADS, sizes_of
+from hybrid.diagnosis.modal.error_sizes import LOG_LOWER, LOG_SPREADS, LOG_UPPER, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
+from hybrid.diagnosis.modal.modal_data import ModalData
 
 
 @dataclass(frozen=True, eq=False)
-class OverSizes:
+class SizesPosterior:
     """A posterior over all sizes of errors, each as probable as any other: the best values (size, parameter) of each,
     ``theta``, and their ``covariances`` (size, parameter, parameter).
     """
@@ -37,13 +37,13 @@ class OverSizes:
         return np.array(drawn)
 
 
-def with_unsure_sizes(measured: Measured, item: ModalFit) -> ModalFit:
+def with_unsure_sizes(measured: ModalData, item: ModalFit) -> ModalFit:
     """Return a fit with the covariance of its values over all sizes of errors that they leave open."""
-    found = over_sizes(measured, item)
+    found = posterior_over_sizes(measured, item)
     return item if found is None else replace(item, covariance=found.about(item.theta))
 
 
-def over_sizes(measured: Measured, item: ModalFit) -> OverSizes | None:
+def posterior_over_sizes(measured: ModalData, item: ModalFit) -> SizesPosterior | None:
     """Return the posterior of a fit's values over all sizes of errors that they leave open; None where no numbers hold
     these.
     """
@@ -54,16 +54,15 @@ def over_sizes(measured: Measured, item: ModalFit) -> OverSizes | None:
     except np.linalg.LinAlgError:
         return None
     drawn = np.random.default_rng(0).standard_normal((UNSURE_SIZES.draws // 2, len(logs)))
-    least, most = MEDIANS - FARTHEST * SPREADS, MEDIANS + FARTHEST * SPREADS
     within, moved = list[FloatArray](), list[FloatArray]()
     for off in np.concatenate([drawn, -drawn]):  # either side of each, so that their mean is that of the sizes
         try:
-            own = with_errors(measured, item, sizes_of(np.clip(logs + root @ off, least, most)))
+            own = with_errors(measured, item, sizes_of(np.clip(logs + root @ off, LOG_LOWER, LOG_UPPER)))
         except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
             continue
         within.append(own.covariance)
         moved.append(item.theta + step_of(measured, own))
-    return OverSizes(np.array(moved), np.array(within)) if within else None
+    return SizesPosterior(np.array(moved), np.array(within)) if within else None
 
 
 def _root_of_covariance(item: ModalFit) -> FloatArray:
@@ -72,6 +71,6 @@ def _root_of_covariance(item: ModalFit) -> FloatArray:
     steps = UNSURE_SIZES.difference_step * np.eye(len(logs))
     slopes = [(likelihood.at(sizes_of(logs + own))[1] - likelihood.at(sizes_of(logs - own))[1]) for own in steps]
     curvature = -np.array(slopes) / (2 * UNSURE_SIZES.difference_step)
-    scaled = SPREADS[:, None] * (curvature + curvature.T) / 2 * SPREADS  # in units of the priors
+    scaled = LOG_SPREADS[:, None] * (curvature + curvature.T) / 2 * LOG_SPREADS  # in units of the priors
     values, vectors = np.linalg.eigh(scaled)
-    return np.asarray(SPREADS[:, None] * vectors / np.sqrt(1 + np.maximum(values, 0.0)))
+    return np.asarray(LOG_SPREADS[:, None] * vectors / np.sqrt(1 + np.maximum(values, 0.0)))

@@ -15,10 +15,11 @@ from scipy.linalg import solve_triangular
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import QUANTITIES, Sensor
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.errors import ErrorSizes
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import SHAPE, shapes_in
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.next_measurement.hypotheses import rivals_among
 from hybrid.diagnosis.next_measurement.information import Prediction
@@ -68,7 +69,7 @@ class Shared:
 
 
 def next_by_modes(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, present: tuple[Sensor, ...]
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, present: tuple[Sensor, ...]
 ) -> NextMeasurement | None:
     """Return what to measure next to tell claims apart, by their ``fits``, best first, and their ``probability``; None
     where the best one has no rival. ``present``: all sensors, also those that are never fitted.
@@ -93,7 +94,7 @@ def next_by_modes(
     return recommended(rivals, predicted, SENSORS)
 
 
-def _offered(measured: Measured, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
+def _offered(measured: ModalData, present: tuple[Sensor, ...]) -> tuple[Sensor, ...]:
     """Return a sensor for each translation that has none, of what most of the present ones sense: of a mode's shape all
     quantities show the same.
     """
@@ -105,7 +106,7 @@ def _offered(measured: Measured, present: tuple[Sensor, ...]) -> tuple[Sensor, .
 
 
 def _entries(
-    measured: Measured, fit: ModalFit, added: tuple[Sensor, ...], shared: Shared, number: int
+    measured: ModalData, fit: ModalFit, added: tuple[Sensor, ...], shared: Shared, number: int
 ) -> Entries | None:
     """Return what claim ``number`` expects of ``added`` sensors; None where its structure does not stand."""
     sensors = (*measured.sensors, *added)
@@ -114,17 +115,17 @@ def _entries(
     root = turns * np.sqrt(np.maximum(squares, 0.0))
     mean = np.zeros((len(shared.recording), 2, len(added)))
     spread = np.zeros((*mean.shape, root.shape[1]))
-    for off in dict.fromkeys(fit.claim.off(int(recording)) for recording in shared.recording):
-        here = np.array([fit.claim.off(int(recording)) == off for recording in shared.recording], dtype=bool)
-        hypothesis, kept = fit.claim.hypothesis.less(off), fit.claim.hypothesis.parameters_of(off)
+    for idle in dict.fromkeys(fit.claim.idle_in(int(recording)) for recording in shared.recording):
+        here = np.array([fit.claim.idle_in(int(recording)) == idle for recording in shared.recording], dtype=bool)
+        hypothesis, kept = fit.claim.hypothesis.less(idle), fit.claim.hypothesis.parameters_of(idle)
         steps = FIT.difference_step * hypothesis.width
         thetas = np.vstack([fit.theta[kept], fit.theta[kept] + np.diag(steps)])
         modes = predicted_modes(hypothesis, thetas, outputs, hardly_differ=True)
         if modes is None or modes.roots.shape[1] <= shared.mode[number, here].max():
             return None
-        every = modes.over(shared.mode[number, here], shared.reference[here])  # (variant, pair, 2 + 2 sensor)
-        first = 2 + len(measured.sensors)
-        own = np.stack([every[..., first : first + len(added)], every[..., first + len(sensors) :]], axis=2)
+        values = modes.values_over(shared.mode[number, here], shared.reference[here])
+        own = shapes_in(values)[..., len(measured.sensors) :]  # (variant, pair, sensor)
+        own = np.stack([own.real, own.imag], axis=2)
         orders = measured.orders[shared.reference[here]]  # a shape is one of displacements, whatever sensors show
         log_omega = modes.log_omega[0, shared.mode[number, here]]
         own = own * np.exp(-log_omega * (QUANTITIES.index(added[0].quantity) - orders))[:, None, None]
@@ -134,7 +135,7 @@ def _entries(
     return Entries(mean, spread)
 
 
-def _noise(measured: Measured, sizes: ErrorSizes, shared: Shared) -> FloatArray:
+def _noise(measured: ModalData, sizes: ErrorSizes, shared: Shared) -> FloatArray:
     """Return the covariance (pair times 2, same) of Re and Im of a further entry: of errors that a mode's entry has in
     all recordings, and of those in each.
     """
@@ -142,9 +143,10 @@ def _noise(measured: Measured, sizes: ErrorSizes, shared: Shared) -> FloatArray:
     own = np.zeros((pairs, 2))
     for row in range(pairs):
         modes = measured.recordings[shared.recording[row]]
-        reference = np.zeros(len(modes.log_omega), dtype=int)
+        reference = np.zeros(modes.count, dtype=int)
         reference[shared.measured[row]] = shared.reference[row]
-        variances = np.diagonal(modes.over(reference)[1][shared.measured[row]])[2:].reshape(2, sensors)
+        covariance = modes.values_over(reference).covariance[shared.measured[row]]
+        variances = np.diagonal(covariance)[SHAPE].reshape(2, sensors)
         others = np.arange(sensors) != shared.reference[row]  # the reference itself is one, without error
         own[row] = np.median(variances[:, others], axis=1) if others.any() else variances[:, 0]
     own += np.square([sizes.shape_varies, sizes.phase_varies])

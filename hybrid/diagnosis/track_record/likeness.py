@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from fe_models.recordings import Dataset, Recording
 from fe_models.structure import Structure
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.track_record.certified import Certified, Column
 
 CHAIN, FRAME = "four_dof", "bridge"

@@ -5,7 +5,7 @@ from typing import Any
 
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.joint.conclusion import ModalDiagnosis
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.track_record.certified import Bin, Certified, Column, Share, certified
 from hybrid.diagnosis.track_record.likeness import column_like, kind_of, words_of

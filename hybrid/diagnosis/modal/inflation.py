@@ -5,21 +5,37 @@ is a normal one of kappa times that variance, 1 / kappa distributed as chi squar
 frequency, damping ratio and shape apart. The likeliest kappa of one or more is taken, given all other rows.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
-from hybrid.diagnosis.modal.config import OUTLYING
-from hybrid.diagnosis.modal.errors import ErrorSizes, Rows
-from hybrid.diagnosis.modal.paired_rows import Inflation, Pairs
+from hybrid.diagnosis.modal.config import INFLATION
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
+from hybrid.diagnosis.modal.pairs import Pairs
+from hybrid.diagnosis.modal.rows import Rows
 
-TRIED = np.geomspace(1.0, OUTLYING.most, OUTLYING.steps)  # kappa
+
+class ErrorFactors(NamedTuple):
+    """How many times larger than it says the error of a measured mode is: of its frequency, damping ratio and shape."""
+
+    frequency: float
+    ratio: float
+    shape: float
+
+
+Inflation = Mapping[tuple[int, int], ErrorFactors]
+"""The factors of measured modes, by recording and number of the mode; of all others one."""
+
+NOT_INFLATED = ErrorFactors(1.0, 1.0, 1.0)
+KAPPAS = np.geomspace(1.0, INFLATION.max_variance_factor, INFLATION.steps)  # that are compared
 
 
 def log_prior_of(kappa: FloatArray) -> FloatArray:
     """Return the log density of kappa, over that of 1."""
-    half = OUTLYING.degrees / 2
+    half = INFLATION.degrees / 2
     return np.asarray(-(half + 1) * np.log(kappa) - half * (1 / kappa - 1))
 
 
@@ -32,15 +48,14 @@ def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pai
     """Return how much larger the errors of measured modes are than they say, as a ``residual`` (row,) has it."""
     inverse = np.asarray(np.linalg.inv(rows.covariance(sizes)), dtype=np.float64)
     along = inverse @ residual
-    varies = rows.by_row(sizes, "_varies") / rows.inflation
-    own = rows.noise + np.diag(varies**2)
+    varying = rows.varying(sizes) / rows.inflation
+    own = rows.noise + np.diag(varying**2)
     each = np.split(np.arange(len(residual)), len(pairs))
-    parts = [block[rows.quantity[block] == kind] for block in each for kind in (0, 1)]
-    parts += [block[rows.quantity[block] > 1] for block in each]
+    parts = [block[rows.quantity[block] == quantity] for block in each for quantity in (FREQUENCY, RATIO)]
+    parts += [block[rows.quantity[block] > RATIO] for block in each]  # of shapes
     factors = _factors(inverse, along, own, rows.inflation, parts)
     apart, shapes = factors[: 2 * len(each)].reshape(-1, 2).tolist(), factors[2 * len(each) :].tolist()
-    places = zip(pairs.recording.tolist(), pairs.measured.tolist(), strict=True)
-    return {place: (*two, one) for place, two, one in zip(places, apart, shapes, strict=True)}
+    return {place: ErrorFactors(*two, one) for place, two, one in zip(pairs.places, apart, shapes, strict=True)}
 
 
 def _factors(
@@ -58,7 +73,7 @@ def _factors(
         back = white.swapaxes(1, 2)
         variances, vectors = np.linalg.eigh(white @ others @ back)  # own errors are independent and of variance 1
         left = (vectors.swapaxes(1, 2) @ white @ given @ along[rows][..., None])[..., 0]
-        total = TRIED[:, None, None] + np.maximum(variances, 0.0)
-        density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=2) + log_prior_of(TRIED)[:, None]
-        found[chosen] = np.sqrt(TRIED[np.argmax(density, axis=0)])
+        total = KAPPAS[:, None, None] + np.maximum(variances, 0.0)
+        density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=2) + log_prior_of(KAPPAS)[:, None]
+        found[chosen] = np.sqrt(KAPPAS[np.argmax(density, axis=0)])
     return found

@@ -10,11 +10,13 @@ from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import ChangeCandidate, LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.joint.found import Found
-from hybrid.diagnosis.joint.look import surely_off
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import SCAN
-from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.misfit import misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import FREQUENCY
+from hybrid.diagnosis.modes_and_motion.look import parts_surely_off
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
@@ -26,8 +28,8 @@ from hybrid.diagnosis.outcome.findings import (
     sentence_of,
 )
 
-LISTED = 0.01  # probability from which on a rival is listed by itself
-WHERE = "{sentence} It acts in {recordings} only."
+MIN_RIVAL_PROBABILITY = 0.01  # probability from which on a rival is listed by itself
+ACTS_IN_SOME = "{sentence} It acts in {recordings} only."
 
 
 @dataclass(frozen=True)
@@ -43,7 +45,7 @@ class State:
 
 
 def findings_of(
-    measured: Measured,
+    measured: ModalData,
     fits: Sequence[ModalFit],
     probability: FloatArray,
     nominal_misfit: float,
@@ -70,27 +72,27 @@ def by_importance(findings: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(findings, key=lambda finding: -finding.explains * finding.probability))
 
 
-def law_finding(measured: Measured, laws: LawSearch, found: Found) -> Finding:
-    """Return the force law that was ``found``, with the laws that may act in its place."""
-    others, best = laws.fits[1:], found.law or laws.fits[0]
+def law_finding(measured: ModalData, laws: LawSearch, motion: MotionFit) -> Finding:
+    """Return the force law in a ``motion``, with the laws that may act in its place."""
+    others, best = laws.fits[1:], motion.law or laws.fits[0]
     cause, deviations = built(best.candidate, best.theta, np.sqrt(np.diag(best.covariance)))
     parameters = parameters_of(cause, deviations)
     rivals = []
     for fit, own in zip(others, laws.probabilities[1:], strict=True):
-        if own >= LISTED:
+        if own >= MIN_RIVAL_PROBABILITY:
             rival, errors = built(fit.candidate, fit.theta, np.sqrt(np.diag(fit.covariance)))
             location = fit.candidate.reported_location
             rivals.append(Alternative(rival.kind, location, float(own), parameters_of(rival, errors)))
     rest = 1 - laws.other - float(laws.probabilities[0]) - sum(item.probability for item in rivals)
     shares = ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, laws.other))
-    remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= LISTED]
+    remainder = [Alternative(kind, {}, own) for kind, own in shares if own >= MIN_RIVAL_PROBABILITY]
     names = tuple(own.name for own in measured.recordings)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
-    explains = float(np.clip(1 - (found.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
+    explains = float(np.clip(1 - (motion.track.discrepancy.whole / laws.track.discrepancy.whole) ** 2, 0.0, 1.0))
     return Finding(cause, parameters, float(laws.probabilities[0]), explains, names, (*rivals, *remainder), sentence)
 
 
-def share_of_two(measured: Measured, best: ModalFit, law: LawCandidate) -> float:
+def probability_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -> float:
     """Return how probable it is that a law and a cause of a fit at its very place are two, and not one that is not on
     the list, which both resemble: by chance they seldom meet. One where none is there.
     """
@@ -99,11 +101,11 @@ def share_of_two(measured: Measured, best: ModalFit, law: LawCandidate) -> float
     others = [nodes_at(candidate.location, structure) for candidate in best.claim.hypothesis.candidates]
     if not here or here not in others or len(structure.nodes) == 1:
         return 1.0
-    two = SCAN.further / len(structure.nodes)
+    two = SCAN.further_probability / len(structure.nodes)
     return two / (two + DISCREPANCY.odds_off_list)
 
 
-def as_sure(finding: Finding, surely: float) -> Finding:
+def depending_on(finding: Finding, surely: float) -> Finding:
     """Return a finding that is right only where something else is, of a probability ``surely``."""
     if surely == 1.0:
         return finding
@@ -114,7 +116,7 @@ def as_sure(finding: Finding, surely: float) -> Finding:
     )
     own = surely * finding.probability
     rest = 1 - own - sum(item.probability for item in others)
-    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= LISTED else ()
+    remainder = (Alternative(NOT_ON_THE_LIST, {}, rest),) if rest >= MIN_RIVAL_PROBABILITY else ()
     return replace(finding, probability=own, alternatives=(*others, *remainder))
 
 
@@ -125,8 +127,9 @@ def _without(item: ModalFit, number: int) -> ModalFit:
 
 
 def _finding(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, number: int, share: float
 ) -> Finding:
+    """Return candidate ``number`` of the best fit, which explains a ``share`` of the misfit, with its rivals."""
     best = fits[0]
     hypothesis, acts = best.claim.hypothesis, best.claim.acts[number]
     candidate, part = hypothesis.candidates[number], hypothesis.slices[number]
@@ -135,12 +138,12 @@ def _finding(
     names = tuple(measured.recordings[recording].name for recording in acts)
     sentence = sentence_of(cause, parameters, measured.nominal.structure)
     if len(acts) < len(measured.recordings):
-        sentence = WHERE.format(sentence=sentence, recordings=", ".join(names))
+        sentence = ACTS_IN_SOME.format(sentence=sentence, recordings=", ".join(names))
     named, rivals = _rivals(measured, fits, probability, number)
     return Finding(cause, parameters, named, share, names, rivals, sentence)
 
 
-def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) -> bool:
+def _is_nominal_value(measured: ModalData, item: ModalFit, best: ModalFit, number: int) -> bool:
     """Return whether a fit without a cause of the ``best`` says the same by a nominal value, to the same side: that of
     a single element alone, too.
     """
@@ -149,7 +152,7 @@ def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) ->
     cause = candidate.build(*best.theta[part].tolist())
     if own is None or not isinstance(cause, StiffnessChange):
         return False
-    if len(best.claim.acts[number]) < len(measured.recordings) or own not in surely_off(measured, item):
+    if len(best.claim.acts[number]) < len(measured.recordings) or own not in parts_surely_off(measured, item):
         return False
     if measured.nominal.parts[own].elements != (candidate.location.get("element"),):
         return False
@@ -157,7 +160,7 @@ def _says_so(measured: Measured, item: ModalFit, best: ModalFit, number: int) ->
 
 
 def _rivals(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray, number: int
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray, number: int
 ) -> tuple[float, tuple[Alternative, ...]]:
     """Return how probable candidate ``number`` of the best fit is, and what may stand in its place."""
     best = fits[0]
@@ -166,7 +169,7 @@ def _rivals(
     named, unknown, without, rivals = 0.0, 0.0, 0.0, dict[str, tuple[Alternative, float]]()
     for item, own in zip(fits, probability, strict=True):
         candidates = item.claim.hypothesis.candidates
-        if wanted in {candidate.key for candidate in candidates} or _says_so(measured, item, best, number):
+        if wanted in {candidate.key for candidate in candidates} or _is_nominal_value(measured, item, best, number):
             named += own
             continue
         instead = [candidate for candidate in candidates if candidate.key not in others]
@@ -180,33 +183,33 @@ def _rivals(
         known = rivals.get(first.key, (None, 0.0))[1]
         alternative = Alternative(first.kind, first.reported_location, 0.0)
         rivals[first.key] = (alternative, known + float(own))
-    listed = [replace(item, probability=own) for item, own in rivals.values() if own >= LISTED]
-    rest = without + sum(own for _, own in rivals.values() if own < LISTED)
-    remainders = [
-        Alternative(kind, {}, own) for kind, own in ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown)) if own >= LISTED
-    ]
+    listed = [replace(item, probability=own) for item, own in rivals.values() if own >= MIN_RIVAL_PROBABILITY]
+    rest = without + sum(own for _, own in rivals.values() if own < MIN_RIVAL_PROBABILITY)
+    shares = ((OTHER_CAUSES, rest), (NOT_ON_THE_LIST, unknown))
+    remainders = [Alternative(kind, {}, own) for kind, own in shares if own >= MIN_RIVAL_PROBABILITY]
     return float(named), (*sorted(listed, key=lambda item: -item.probability), *remainders)
 
 
-def states_of(measured: Measured, best: ModalFit) -> tuple[State, ...]:
+def states_of(measured: ModalData, best: ModalFit) -> tuple[State, ...]:
     """Return the groups of recordings that the best claim distinguishes, with the modes of each."""
     groups: dict[tuple[tuple[int, ...], bool], list[int]] = {}
     for recording in range(len(measured.recordings)):
-        groups.setdefault((best.claim.off(recording), recording in best.claim.changed), []).append(recording)
+        groups.setdefault((best.claim.idle_in(recording), recording in best.claim.changed), []).append(recording)
     return tuple(_state(measured, best, group) for group in groups.values())
 
 
-def _state(measured: Measured, best: ModalFit, group: list[int]) -> State:
+def _state(measured: ModalData, best: ModalFit, group: list[int]) -> State:
+    """Return the state of a ``group`` of recordings: of each mode the means over these."""
     pairs, rows = best.pairs, []
     for mode in sorted(set(pairs.mode.tolist())):
         here = [n for n in np.flatnonzero(pairs.mode == mode) if pairs.recording[n] in group]
         if not here:
             continue
         seen = [(measured.recordings[pairs.recording[n]], int(pairs.measured[n])) for n in here]
-        weight = np.array([1 / own.covariance[k, 0, 0] for own, k in seen])
+        weight = np.array([1 / own.covariance[k, FREQUENCY, FREQUENCY] for own, k in seen])
         weight = weight / weight.sum()
         log = sum(w * own.log_omega[k] for w, (own, k) in zip(weight, seen, strict=True))
-        variance = sum(w**2 * own.covariance[k, 0, 0] for w, (own, k) in zip(weight, seen, strict=True))
+        variance = sum(w**2 * own.covariance[k, FREQUENCY, FREQUENCY] for w, (own, k) in zip(weight, seen, strict=True))
         ratio = sum(w * own.ratios[k] for w, (own, k) in zip(weight, seen, strict=True))
         frequency = float(np.exp(log)) / (2 * np.pi)
         rows.append((frequency, frequency * float(np.sqrt(variance)), float(ratio)))

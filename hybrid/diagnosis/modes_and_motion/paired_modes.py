@@ -5,10 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.modes import mac
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.evidence import ModalFit
-from hybrid.diagnosis.modal.paired_rows import predicted_of
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
 from hybrid.diagnosis.modal.pairing import displaced
+from hybrid.diagnosis.modal.pairs import predicted_of
 
 
 @dataclass(frozen=True)
@@ -29,7 +30,7 @@ class PairedMode:
     mac_extended: float | None
 
 
-def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[PairedMode, ...]:
+def paired_modes(measured: ModalData, drawn: ModalFit, best: ModalFit) -> tuple[PairedMode, ...]:
     """Return every measured mode beside those of the drawn and of the extended structure."""
     sides = [_modes_beside(measured, item) for item in (drawn, best)]
     found = []
@@ -37,7 +38,7 @@ def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[P
         for k in np.argsort(own.log_omega):
             (before, mac_before), (after, mac_after) = (side.get((recording, int(k)), (None, None)) for side in sides)
             frequency = float(np.exp(own.log_omega[k])) / (2 * np.pi)
-            error, ratio_error = (float(np.sqrt(own.covariance[k, i, i])) for i in (0, 1))
+            error, ratio_error = (float(np.sqrt(own.covariance[k, i, i])) for i in (FREQUENCY, RATIO))
             found.append(
                 PairedMode(
                     own.name,
@@ -54,14 +55,14 @@ def paired_modes(measured: Measured, drawn: ModalFit, best: ModalFit) -> tuple[P
     return tuple(found)
 
 
-def _modes_beside(measured: Measured, item: ModalFit) -> dict[tuple[int, int], tuple[float, float | None]]:
+def _modes_beside(measured: ModalData, item: ModalFit) -> dict[tuple[int, int], tuple[float, float | None]]:
     """Return frequency (Hz) and MAC of the structure's mode, by recording and number of the measured one; no MAC where
     no shape was measured.
     """
     found = {}
     predicted, pairs = predicted_of(measured, item.claim, item.theta)
     for recording, k, mode in zip(pairs.recording, pairs.measured, pairs.mode, strict=True):
-        modes = predicted[item.claim.off(int(recording))]
+        modes = predicted[item.claim.idle_in(int(recording))]
         own = measured.recordings[recording]
         seen = displaced(own.log_omega[k], own.shapes[k], measured.orders)
         made = displaced(modes.log_omega[0, mode], modes.shapes[0, mode], measured.orders)

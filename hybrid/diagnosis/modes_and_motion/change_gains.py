@@ -10,23 +10,24 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, expectation_of
+from hybrid.diagnosis.discrepancy.expected_modes import MotionClaim, expectation_of
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, shown_of
-from hybrid.diagnosis.joint.forecasts import scored_by
-from hybrid.diagnosis.joint.found import kept_for_testing
-from hybrid.diagnosis.modal.claim import Claim, Measured
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modes_and_motion.forecasts import scored_by
+from hybrid.diagnosis.modes_and_motion.motion_fit import kept_for_testing
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import measured_columns
 from hybrid.identification.identification import identify
 
 
-def gains_of(dataset: Dataset, measured: Measured, best: ModalFit) -> dict[int, float]:
+def gains_of(dataset: Dataset, measured: ModalData, best: ModalFit) -> dict[int, float]:
     """Return the share of what forecasts get wrong beyond noise that each change takes away, by the number of the
     candidate; changes of which no recording's first fifth shows modes are left out.
     """
@@ -44,7 +45,7 @@ def gains_of(dataset: Dataset, measured: Measured, best: ModalFit) -> dict[int, 
     return found
 
 
-def _unseeing(dataset: Dataset, measured: Measured, recording: int) -> Measured | None:
+def _unseeing(dataset: Dataset, measured: ModalData, recording: int) -> ModalData | None:
     """Return what was measured, of one training recording the first fifth alone; None where that shows no modes."""
     own = dataset.select("train")[recording]
     columns = list(measured_columns(dataset))
@@ -62,7 +63,7 @@ def _unseeing(dataset: Dataset, measured: Measured, recording: int) -> Measured 
 
 
 def _scores(
-    dataset: Dataset, unseeing: Measured | None, best: ModalFit, number: int, recording: int
+    dataset: Dataset, unseeing: ModalData | None, best: ModalFit, number: int, recording: int
 ) -> tuple[ForecastScore, ForecastScore] | None:
     """Return how well a recording is forecast without a change, and with it."""
     if unseeing is None:
@@ -78,16 +79,16 @@ def _scores(
 
 
 def _spaces_of(
-    dataset: Dataset, measured: Measured, best: ModalFit, claim: Claim, theta: FloatArray, recording: int
+    dataset: Dataset, measured: ModalData, best: ModalFit, claim: Claim, theta: FloatArray, recording: int
 ) -> list[ModalSpace]:
     """Return the modes that a recording has by a claim that is fitted anew, and then those of the others that it says
     are of another state; none where the structure does not stand.
     """
     inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
-    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, False, inflation)
+    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False, inflation=inflation)
     if fit is None:
         return []
-    others = {claim.off(own): own for own in range(len(measured.recordings))}
-    others.pop(claim.off(recording))
-    expected = expectation_of(Claimed(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
+    others = {claim.idle_in(own): own for own in range(len(measured.recordings))}
+    others.pop(claim.idle_in(recording))
+    expected = expectation_of(MotionClaim(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
     return [] if expected is None else [own.space for own in as_identified(measured, fit, expected).modes]

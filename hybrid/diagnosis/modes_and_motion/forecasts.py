@@ -10,27 +10,25 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.recordings import TOLERANCE, Dataset
-from hybrid.diagnosis.discrepancy.config import DISCREPANCY, SETTLING
-from hybrid.diagnosis.discrepancy.expected_modes import Claimed, ExpectedModes, expectation_of
+from hybrid.diagnosis.discrepancy.config import SETTLING
+from hybrid.diagnosis.discrepancy.expected_modes import ExpectedModes, MotionClaim, expectation_of
 from hybrid.diagnosis.discrepancy.forecasting import Forecaster
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import errors_of_state, noise_in
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
-from hybrid.diagnosis.joint.found import Found, without_recordings
-from hybrid.diagnosis.modal.claim import Measured
-from hybrid.diagnosis.modal.errors import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, as_drawn
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.evidence import as_drawn
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import NominalFit
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, without_recordings
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
 from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
-Drawn = tuple[Measured, ModalFit]
-"""What was measured, beside the structure as it was drawn, and a fit of nothing wrong with it."""
-
-NEGLIGIBLE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
+NEGLIGIBLE_SHARE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,7 +66,7 @@ class Forecasts:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
         error = float(self.after.nrmse[:, list(self.roles.measured)].mean())
         nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
-        return error <= (1 + self.tolerance) * self.floor or nearly or self.unexplained < NEGLIGIBLE
+        return error <= (1 + self.tolerance) * self.floor or nearly or self.unexplained < NEGLIGIBLE_SHARE
 
     @property
     def unexplained(self) -> float:
@@ -77,60 +75,60 @@ class Forecasts:
 
 
 @dataclass(frozen=True, eq=False)
-class FoundMotion:
-    """What was ``found`` of the motion, and its ``forecasts``, None where none are made."""
+class ForecastMotion:
+    """A motion as it was ``explained``, and its ``forecasts``, None where none are made."""
 
-    found: Found
+    explained: MotionFit
     forecasts: Forecasts | None
 
     @classmethod
-    def of(cls, dataset: Dataset, drawn: Drawn, found: Found) -> "FoundMotion":
+    def of(cls, dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> "ForecastMotion":
         """Return the motion with the forecasts of a dataset: see `forecasts_of`."""
-        return cls(found, forecasts_of(dataset, drawn, found))
+        return cls(motion, forecasts_of(dataset, drawn, motion))
 
     @property
     def is_at_noise(self) -> bool:
         """Whether no cause could make forecasts better; without any, whether what the filter sees beside is usual."""
         if self.forecasts is None:
-            return self.found.track.discrepancy.whole <= DISCREPANCY.usual_size
+            return self.explained.track.discrepancy.is_small
         return self.forecasts.reach_noise
 
 
-def forecasts_of(dataset: Dataset, drawn: Drawn, found: Found) -> Forecasts | None:
-    """Return the forecasts of the recordings for testing by the ``drawn`` structure, and with what was ``found``;
-    without any, those of the recordings for training, each by what was fitted to others.
+def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Forecasts | None:
+    """Return the forecasts of the recordings for testing by the ``drawn`` structure, and as the ``motion`` was
+    explained; without any, those of the recordings for training, each by what was fitted to others.
 
     None where known forces drove them, there is one alone, or the drawn structure has no modes.
     """
     if dataset.select("test"):
-        parts = [(dataset, found)]
+        parts = [(dataset, motion)]
     else:
         count = len(dataset.select("train"))
         folds = min(FORECAST.max_folds, count) if count > 1 else 0
-        apart = [without_recordings(found, dataset, range(count)[number::folds]) for number in range(folds)]
+        apart = [without_recordings(motion, dataset, range(count)[number::folds]) for number in range(folds)]
         parts = [part for part in apart if part is not None]
     if not parts or any(recording.is_driven for recording in dataset.recordings):
         return None
     spaces = _drawn(dataset, drawn)
     if not spaces:
         return None
-    each = [_forecasts(own, drawn[0], spaces, unseeing) for own, unseeing in parts]
+    each = [_forecasts(own, drawn.measured, spaces, unseeing) for own, unseeing in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
     return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance)
 
 
-def _forecasts(dataset: Dataset, measured: Measured, drawn: Sequence[ModalSpace], found: Found) -> Forecasts:
+def _forecasts(dataset: Dataset, measured: ModalData, drawn: Sequence[ModalSpace], motion: MotionFit) -> Forecasts:
     """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
     of ``measured``.
     """
-    roles, train, test = _batches(dataset, found.measured)
+    roles, train, test = _batches(dataset, motion.measured)
     before = Forecaster.of(drawn, measured.nominal, None, train, roles)
-    after = Forecaster.of(_spaces(dataset, found), found.measured.nominal, found.law, train, roles)
+    after = Forecaster.of(_spaces(dataset, motion), motion.measured.nominal, motion.law, train, roles)
     example = _example(test[0].take([0]), before, after)
     return Forecasts(before.score(test), after.score(test), example, roles, dataset.assumptions.tolerance)
 
 
-def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset, state: int) -> ForecastScore:
+def scored_by(spaces: Sequence[ModalSpace], measured: ModalData, dataset: Dataset, state: int) -> ForecastScore:
     """Return how well modes, one space for each state that a structure may be in, forecast recordings for testing,
     which are known to be of the ``state`` with that number.
     """
@@ -138,7 +136,7 @@ def scored_by(spaces: Sequence[ModalSpace], measured: Measured, dataset: Dataset
     return Forecaster.of(spaces, measured.nominal, None, train, roles).of_state(state).score(test)
 
 
-def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:
+def _batches(dataset: Dataset, measured: ModalData) -> tuple[SensorRoles, tuple[Batch, ...], tuple[Batch, ...]]:
     """Return what recordings show, and those for training and for testing with their noise, all channels of them."""
     own = measured_columns(dataset)
     usual, levels = noise_in(dataset, measured)
@@ -150,24 +148,27 @@ def _batches(dataset: Dataset, measured: Measured) -> tuple[SensorRoles, tuple[B
     return roles, train, test
 
 
-def _drawn(dataset: Dataset, drawn: Drawn) -> list[ModalSpace]:
+def _drawn(dataset: Dataset, drawn: NominalFit) -> list[ModalSpace]:
     """Return the modes of a structure as it was drawn."""
-    measured, fit = drawn
-    expected = expectation_of(Claimed(measured, as_drawn(measured, fit), 1 / dataset.sampling_rate, (0,), ErrorSizes()))
+    fit = as_drawn(drawn.measured, drawn.fit)
+    expected = expectation_of(MotionClaim(drawn.measured, fit, 1 / dataset.sampling_rate, (0,), ErrorSizes()))
     return [] if expected is None else [modes.space for modes in expected.modes]
 
 
-def _spaces(dataset: Dataset, found: Found) -> list[ModalSpace]:
+def _spaces(dataset: Dataset, motion: MotionFit) -> list[ModalSpace]:
     """Return the modes of each state that recordings distinguish, where recordings have them."""
     numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    claim, settled = found.fit.claim, found.track.discrepancy.whole <= SETTLING.most_whole
+    claim, settled = motion.fit.claim, motion.track.discrepancy.whole <= SETTLING.max_whole
     states: dict[tuple[int, ...], ExpectedModes] = {}
-    for number, own in zip(numbers, found.track.expected.modes, strict=True):
-        states.setdefault(claim.off(number), own)
-    if settled or found.law is not None:
+    for number, own in zip(numbers, motion.track.expected.modes, strict=True):
+        states.setdefault(claim.idle_in(number), own)
+    if settled or motion.law is not None:
         return [own.space for own in states.values()]
-    each = {off: [number for number in dict.fromkeys(numbers) if claim.off(number) == off] for off in states}
-    return [own.by(errors_of_state(found.measured, found.fit, own, each[off])).space for off, own in states.items()]
+    found = []
+    for idle, own in states.items():
+        recordings = [number for number in dict.fromkeys(numbers) if claim.idle_in(number) == idle]
+        found.append(own.moved_by(errors_of_state(motion.measured, motion.fit, own, recordings)).space)
+    return found
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:

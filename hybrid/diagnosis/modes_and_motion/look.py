@@ -11,12 +11,13 @@ from threadpoolctl import threadpool_limits
 from fe_models.arrays import TINY, FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.config import DOOR, THREADS
-from hybrid.diagnosis.joint.measured_in_dataset import as_measured, measured_in
-from hybrid.diagnosis.modal.claim import Measured
+from hybrid.diagnosis.config import SEARCH_CHOICE, THREADS
 from hybrid.diagnosis.modal.config import CONCLUSION, FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
-from hybrid.diagnosis.modal.search import Search, null_fit
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
+from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.identification.identification import Identification
@@ -29,9 +30,14 @@ class Look:
     """
 
     dataset: Dataset
-    measured: Measured
+    measured: ModalData
     drawn: ModalFit
     identified: Mapping[str, Identification]
+
+    @property
+    def nominal_fit(self) -> NominalFit:
+        """The fit of the drawn structure with what was measured."""
+        return NominalFit(self.measured, self.drawn)
 
     @property
     def ambient(self) -> tuple[str, ...]:
@@ -46,7 +52,7 @@ class Look:
     @property
     def is_far(self) -> bool:
         """Whether the structure is off in more than one place by more than was stated."""
-        return len(surely_off(self.measured, self.drawn)) >= DOOR.far_groups
+        return len(parts_surely_off(self.measured, self.drawn)) >= SEARCH_CHOICE.far_groups
 
     @cached_property
     def differs(self) -> bool:
@@ -71,12 +77,13 @@ def look_at(dataset: Dataset, tell: Callable[[str], object]) -> Look:
     return Look(dataset, measured, drawn, identified)
 
 
-def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measured, ModalFit]:
-    """Return what was measured beside the structure with its parts as the null fit has them, and that fit anew.
+def rebased(dataset: Dataset, nominal_fit: NominalFit) -> NominalFit:
+    """Return the fit with the nominal model's parts as it has them, and its basis of modes that of these.
 
     Modes of the drawn structure are a poor basis for those of one that is off by a fifth.
     """
     for _ in range(FIT.max_rebased):
+        measured, null = nominal_fit.measured, nominal_fit.fit
         parts = len(measured.nominal.parts)
         shift = null.theta[:parts]
         if np.abs(shift).max(initial=0.0) < FIT.max_basis_shift:
@@ -89,8 +96,8 @@ def rebased(dataset: Dataset, measured: Measured, null: ModalFit) -> tuple[Measu
         again = fit_claim(moved, moved.null, theta, null.sizes)
         if again is None or again.evidence < null.evidence:
             break
-        measured, null = moved, again
-    return measured, null
+        nominal_fit = NominalFit(moved, again)
+    return nominal_fit
 
 
 def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> FloatArray:
@@ -106,7 +113,7 @@ def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> Floa
     return found
 
 
-def surely_off(measured: Measured, fit: ModalFit) -> dict[int, float]:
+def parts_surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
     """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each, by
     its own uncertainty.
     """

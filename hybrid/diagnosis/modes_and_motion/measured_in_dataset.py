@@ -7,9 +7,9 @@ import numpy as np
 
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.modal.claim import Measured
 from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.nominal.any_model import any_nominal_model_of, followed_as_found
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.batches import measured_columns
@@ -26,7 +26,7 @@ def as_measured(dataset: Dataset) -> Dataset:
     return replace(dataset, sampling_rate=LISTED.samples_a_cycle * highest, lowpass=None, recordings=())
 
 
-def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measured, dict[str, Identification]]:
+def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[ModalData, dict[str, Identification]]:
     """Return the modes of all training recordings, listed or else identified, beside the nominal model; and what was
     identified, by the recording's name. ``tell`` hears the name of each.
     """
@@ -44,7 +44,7 @@ def measured_in(dataset: Dataset, tell: Callable[[str], object]) -> tuple[Measur
         highest = max((float(own.log_omega.max()) for own in found if len(own.log_omega)), default=None)
         if highest is not None:
             nominal = followed_as_found(nominal, dataset, float(np.exp(highest)) / (2 * np.pi))
-    return Measured(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), identified
+    return ModalData(nominal, np.zeros(len(nominal.spread)), sensors, dataset.sampling_rate, found), identified
 
 
 def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:

@@ -9,15 +9,17 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from fe_models.causes.wording import at_place, kind_words
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.modal.claim import Claim, Measured
-from hybrid.diagnosis.modal.evidence import ModalFit, misfit_of
+from hybrid.diagnosis.modal.claim import Claim
+from hybrid.diagnosis.modal.evidence import ModalFit
+from hybrid.diagnosis.modal.misfit import misfit_of
+from hybrid.diagnosis.modal.modal_data import ModalData
 
-MOST = 12  # hypotheses that are told; all others are less probable
+MAX_TOLD = 12  # hypotheses that are told; all others are less probable
 NOTHING_ELSE, NO_LAW = "no cause, nominal values alone", "no force law"
 
 
 @dataclass(frozen=True)
-class Considered:
+class ConsideredHypothesis:
     """A hypothesis in ``words``, its ``probability``, and what it ``leaves``: of measured modes the mean square, in
     units of what modes of one structure differ by; beside a force law the discrepancy, as a share of the motion.
     """
@@ -28,14 +30,14 @@ class Considered:
 
 
 def considered_by_modes(
-    measured: Measured, fits: Sequence[ModalFit], probability: FloatArray
-) -> tuple[Considered, ...]:
+    measured: ModalData, fits: Sequence[ModalFit], probability: FloatArray
+) -> tuple[ConsideredHypothesis, ...]:
     """Return the most probable of the ``fits``, and that of nothing wrong; ``probability`` (fit,) of each."""
     order = np.argsort(-probability, kind="stable")
-    told = [int(k) for k in order[:MOST]]
-    told += [int(k) for k in order[MOST:] if fits[k].claim.key == measured.null.key][:1]
+    told = [int(k) for k in order[:MAX_TOLD]]
+    told += [int(k) for k in order[MAX_TOLD:] if fits[k].claim.key == measured.null.key][:1]
     return tuple(
-        Considered(
+        ConsideredHypothesis(
             _words(measured, fits[k].claim),
             float(probability[k]),
             misfit_of(measured, fits[k], fits[0]) / max(len(fits[0].residual), 1),
@@ -44,20 +46,20 @@ def considered_by_modes(
     )
 
 
-def considered_laws(laws: LawSearch) -> tuple[Considered, ...]:
+def considered_laws(laws: LawSearch) -> tuple[ConsideredHypothesis, ...]:
     """Return the most probable force laws, and that none acts."""
     found = tuple(
-        Considered(_named(fit.candidate), own, fit.track.discrepancy.whole)
-        for fit, own in zip(laws.fits[:MOST], laws.probabilities[:MOST].tolist(), strict=True)
+        ConsideredHypothesis(_named(fit.candidate), own, fit.track.discrepancy.whole)
+        for fit, own in zip(laws.fits[:MAX_TOLD], laws.probabilities[:MAX_TOLD].tolist(), strict=True)
     )
-    return (*found, Considered(NO_LAW, laws.none, laws.track.discrepancy.whole))
+    return (*found, ConsideredHypothesis(NO_LAW, laws.none, laws.track.discrepancy.whole))
 
 
 def _named(candidate: Candidate) -> str:
     return f"{kind_words(candidate.kind)} {at_place(candidate.reported_location)}"
 
 
-def _words(measured: Measured, claim: Claim) -> str:
+def _words(measured: ModalData, claim: Claim) -> str:
     """Return what a claim says, in words."""
     names, told = [own.name for own in measured.recordings], []
     for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):

@@ -1,0 +1,41 @@
+"""The fit of the nominal structure with nothing wrong in it but values that may be far off."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hybrid.diagnosis.modal.config import FIT
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
+
+
+@dataclass(frozen=True)
+class NominalFit:
+    """What was ``measured`` beside a nominal model, and the ``fit`` of nothing wrong with it."""
+
+    measured: ModalData
+    fit: ModalFit
+
+
+def null_fit(measured: ModalData) -> ModalFit | None:
+    """Return the fit of the nominal structure, its values as far off as the modes say.
+
+    From values as they were drawn, and, where much is left, from others: far off, a measured mode is at first taken for
+    another one, and errors for as large as that makes them, or for none. Until the best is found again and again.
+    """
+    rng, parts = np.random.default_rng(0), len(measured.nominal.parts)
+    found = list[ModalFit]()
+    for number in range(1 + FIT.null_starts):
+        theta = -measured.offset
+        if number:
+            theta[:parts] += FIT.start_spread * rng.standard_normal(parts)
+        sizes = ErrorSizes(element_scale=FIT.element_scales[number % len(FIT.element_scales)])
+        item = fit_claim(measured, measured.null, theta, sizes, FIT.null_iterations)
+        found += [] if item is None else [item]
+        best = max(found, key=lambda own: own.evidence, default=None)
+        if best is None or (best.sizes.are_usual and len(best.pairs) == measured.modes):
+            break
+        if sum(own.evidence > best.evidence - FIT.same_nats for own in found) >= FIT.null_agreeing:
+            break
+    return max(found, key=lambda own: own.evidence, default=None)
