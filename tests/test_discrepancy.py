@@ -55,13 +55,13 @@ def test_force_moves_modes_as_an_ode_solver_says() -> None:
     A, _ = matrices(space)
     push = np.concatenate([np.zeros(2), pull @ space.shapes])
     times = STEP / DISCREPANCY.parts * np.arange(80 * DISCREPANCY.parts + 1)
-    push = space.pushed(np.sin(2.2 * times), pull)
-    states = space.motion(push.states)
+    driven = space.pushed(np.sin(2.2 * times), pull)
+    states = space.motion(driven.states)
     known = solve_ivp(
         lambda t, x: A @ x + push * np.sin(2.2 * t), (0, times[-1]), np.zeros(4), rtol=1e-10, atol=1e-12, t_eval=times
     )
     assert np.allclose(states, known.y.T[:: DISCREPANCY.parts], atol=2e-6)  # (7 x 0.0125)^4 of amplitudes near 0.1
-    shown = states @ space.output.T + push.channels
+    shown = states @ space.output.T + driven.channels
     acceleration = space.shapes[1] @ (A[2:] @ known.y + np.outer(push[2:], np.sin(2.2 * times)))
     assert np.allclose(shown[:, 1], acceleration[:: DISCREPANCY.parts], atol=2e-4)
 

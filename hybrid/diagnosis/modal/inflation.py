@@ -55,7 +55,8 @@ def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pai
     parts += [block[rows.quantity[block] > RATIO] for block in each]  # of shapes
     factors = _factors(inverse, along, own, rows.inflation, parts)
     apart, shapes = factors[: 2 * len(each)].reshape(-1, 2).tolist(), factors[2 * len(each) :].tolist()
-    return {place: ErrorFactors(*two, one) for place, two, one in zip(pairs.places, apart, shapes, strict=True)}
+    each_pair = zip(pairs.places, apart, shapes, strict=True)
+    return {place: ErrorFactors(frequency, ratio, shape) for place, (frequency, ratio), shape in each_pair}
 
 
 def _factors(
