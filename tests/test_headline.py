@@ -12,7 +12,7 @@ from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alt
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import Errors, Verdict, is_contradicted
-from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, summary
+from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, score_lines, summary
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 
@@ -64,6 +64,17 @@ def test_a_rival_has_its_size_where_that_is_known() -> None:
     assert listed[1]["parameters"] == {}
 
 
+def test_a_forecast_near_or_below_the_noise_floor_is_said_to_be_at_it() -> None:
+    def first(error: float, tolerance: float = 0.05) -> str:
+        scores = {"baseline": {"measured": 0.2, "held_out": None}, "extended": {"measured": error, "held_out": None}}
+        return score_lines(scores, 0.01, tolerance, is_named=True)[0]
+
+    assert first(0.008) == "Forecast NRMSE: 0.2000 before, 0.0080 after, at the noise floor (about 0.0100)."
+    assert "at the noise floor" in first(0.0104)
+    assert "above the noise floor" in first(0.0106)
+    assert "at the noise floor" in first(0.0106, tolerance=0.1)
+
+
 def lines_of(named: Finding) -> list[str]:
     scores = {"baseline": {"measured": 0.1, "held_out": None}, "extended": {"measured": 0.01, "held_out": None}}
     made: Any = SimpleNamespace(
@@ -71,6 +82,7 @@ def lines_of(named: Finding) -> list[str]:
         findings=(named,),
         scores=scores,
         noise_floor=0.01,
+        tolerance=0.05,
         unexplained=0.0,
         notes=(),
         next_measurement=None,

@@ -92,8 +92,8 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
         lines.append(f"The recordings show {len(found.states)} states of the structure:")
         lines += [f"- {', '.join(state.recordings)}" for state in found.states]
     lines.append(f"Misfit left of the drawn structure's modes: {found.unexplained:.1%}.")
-    if found.noise_floor is not None:
-        lines += score_lines(found.scores, found.noise_floor, bool(found.findings))
+    if found.forecasts is not None:
+        lines += score_lines(found.scores, found.forecasts.floor, found.forecasts.tolerance, bool(found.findings))
     if gain is not None:
         lines += hybrid_lines(gain)
     notes = (scope_of(found), *found.notes, *(gain.notes if gain else ()))

@@ -30,6 +30,8 @@ REMAINDERS = {
     OTHER_CAUSES: "Other causes, each less probable, or several at once",
     NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
+# The floor is estimated, and a forecast may be below it:
+AT_FLOOR, NOT_AT_FLOOR = ", at the noise floor (about {floor:.4f})", ", above the noise floor (about {floor:.4f})"
 FORECAST_AT_NOISE = "as well as the noise lets it"
 FORECAST_WITHIN_TOLERANCE = "to within the stated tolerance, {tolerance:.0%} of the noise floor"
 FORECAST_NEAR_NOISE = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
@@ -143,24 +145,34 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
         lines += _rival_lines(finding)
     lines += next_lines(diagnosis.next_measurement)
     rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
-    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, bool(diagnosis.findings), rest)
+    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, diagnosis.tolerance, bool(diagnosis.findings), rest)
     if gain is not None:
         lines += hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
 
 
-def score_lines(scores: dict[str, dict[str, float | None]], floor: float, is_named: bool, rest: str = "") -> list[str]:
-    """Return the forecasts before and after in words, and what is left, the ``rest``."""
+def score_lines(
+    scores: dict[str, dict[str, float | None]], floor: float, tolerance: float, is_named: bool, rest: str = ""
+) -> list[str]:
+    """Return the forecasts before and after in words, with the noise ``floor`` that the second may reach within the
+    ``tolerance``, and what is left, the ``rest``.
+    """
     base, extended = scores["baseline"], scores["extended"]
     after = "after" if is_named else "without a named cause"
+    reached = AT_FLOOR if is_at_floor(extended["measured"], floor, tolerance) else NOT_AT_FLOOR
     lines = [
-        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
-        f" {floor:.4f}{rest}."
+        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}"
+        f"{reached.format(floor=floor)}{rest}."
     ]
     if base["held_out"] is not None:
         lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
     return lines
+
+
+def is_at_floor(error: float | None, floor: float, tolerance: float) -> bool:
+    """Return whether a forecast's ``error`` counts as reaching the noise floor."""
+    return error is not None and error <= (1 + tolerance) * floor
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -179,9 +191,9 @@ def headline(diagnosis: Diagnosis) -> str:
 def _reach(diagnosis: Diagnosis) -> str:
     """Return how near to the noise floor forecasts come, in words."""
     error, floor = diagnosis.scores["extended"]["measured"], diagnosis.noise_floor
-    if error is None or error <= (1 + TOLERANCE) * floor:
+    if error is None or is_at_floor(error, floor, TOLERANCE):
         return FORECAST_AT_NOISE
-    if error <= (1 + diagnosis.tolerance) * floor:
+    if is_at_floor(error, floor, diagnosis.tolerance):
         return FORECAST_WITHIN_TOLERANCE.format(tolerance=diagnosis.tolerance)
     return FORECAST_NEAR_NOISE
 
