@@ -12,6 +12,7 @@ from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alt
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import Errors, Verdict, is_contradicted
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, score_lines, summary
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
@@ -62,6 +63,12 @@ def test_a_rival_has_its_size_where_that_is_known() -> None:
     listed = finding_table(named)["alternatives"]
     assert listed[0]["parameters"] == {"force": {"value": -9e5, "std": 3e4, "unit": "N"}}
     assert listed[1]["parameters"] == {}
+
+
+def test_no_probability_is_said_to_be_one_or_zero() -> None:
+    assert [two_decimals(own) for own in (0.9991, 0.995, 0.9949, 0.5, 0.005, 0.0049)] == [
+        *("> 0.99", "0.99", "0.99", "0.50", "0.01", "< 0.01")
+    ]
 
 
 def test_a_forecast_near_or_below_the_noise_floor_is_said_to_be_at_it() -> None:

@@ -12,6 +12,7 @@ from fe_models.files.result_set import ResultSet
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import per_cent
 from hybrid.notebook.report import Report
 from hybrid.report import rendering
 from hybrid.report.answer import SEVERAL, WORSE, facts_of, next_steps, sentence_of, summary_of, verdict_of
@@ -21,7 +22,7 @@ from hybrid.report.page_files import save_page
 from hybrid.report.provenance import provenance_of
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import nothing_seen
-from hybrid.report.values import measured, percentage, probability, sentence
+from hybrid.report.values import measured, percentage, sentence
 from hybrid.result_sets import diagnosis_in
 from tests.pages import HOSTILE, SOURCE, Reader, answer_by_modes, answer_by_series, chain_dataset, found_in
 
@@ -157,7 +158,7 @@ def test_uncertainties_have_two_digits(value: float, error: float, unit: str, wo
 
 
 def test_nothing_is_said_to_be_certain() -> None:
-    assert [probability(own) for own in (1.0, 0.997, 0.5, 0.004, 0.0)] == [
+    assert [per_cent(own) for own in (1.0, 0.997, 0.5, 0.004, 0.0)] == [
         "more than 99.9 %",
         "99.7 %",
         "50 %",

@@ -12,6 +12,7 @@ from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.report import (
     calibration_table,
     finding_table,
@@ -81,12 +82,12 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
     for finding in found.findings:
         lines.append(f"- {finding.sentence}")
         explains = f"; explains {finding.explains:.0%} of the misfit" if finding.explains else ""
-        lines.append(f"  Probability {finding.probability:.2f}{explains}.")
+        lines.append(f"  Probability {two_decimals(finding.probability)}{explains}.")
         if finding.gain is not None:
             share = f"{finding.gain:.0%} of what forecasts get wrong there beyond noise"
             lines.append(f"  Takes away {share}, each from its first fifth.")
         rivals = finding.alternatives[: REPORT.max_rivals_listed]
-        lines += [f"  Cannot be ruled out: {rival_words(item)} ({item.probability:.2f})." for item in rivals]
+        lines += [f"  Cannot be ruled out: {rival_words(item)} ({two_decimals(item.probability)})." for item in rivals]
     lines += next_lines(found.next_measurement)
     if len(found.states) > 1:
         lines.append(f"The recordings show {len(found.states)} states of the structure:")

@@ -13,6 +13,7 @@ from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 
 HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
@@ -202,13 +203,14 @@ def _probability(finding: Finding) -> str:
     """Return how probable a finding is; where it may be of its kind elsewhere, that of the kind, and the places."""
     same = [item for item in finding.alternatives if item.kind == finding.cause.kind]
     if not same:
-        return f"Probability {finding.probability:.2f}"
-    places = [f"{at_place(item.location)} ({item.probability:.2f})" for item in same[: REPORT.max_places_listed]]
+        return f"Probability {two_decimals(finding.probability)}"
+    listed = same[: REPORT.max_places_listed]
+    places = [f"{at_place(item.location)} ({two_decimals(item.probability)})" for item in listed]
     more = len(same) - len(places)
     others = ", ".join(places) + (f" and {more} more places" if more else "")
     return (
-        f"Probability {finding.probability:.2f} at this place, {finding.probability_of_kind:.2f} that it is a"
-        f" {finding.cause.kind} here or {others}"
+        f"Probability {two_decimals(finding.probability)} at this place,"
+        f" {two_decimals(finding.probability_of_kind)} that it is a {finding.cause.kind} here or {others}"
     )
 
 
@@ -216,13 +218,13 @@ def _rival_lines(finding: Finding) -> list[str]:
     """Return a line on each of the first rivals of another kind, one on the others, and those on what is left."""
     rivals = [item for item in finding.alternatives if not item.is_remainder and item.kind != finding.cause.kind]
     lines = [
-        f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})."
+        f"  These sensors cannot rule out: {rival_words(item)} ({two_decimals(item.probability)})."
         for item in rivals[: REPORT.max_rivals_listed]
     ]
     if len(rivals) > REPORT.max_rivals_listed:
         lines.append(f"  And {len(rivals) - REPORT.max_rivals_listed} more.")
     rest = [item for item in finding.alternatives if item.is_remainder]
-    return lines + [f"  {rival_words(item)}: {item.probability:.2f}." for item in rest]
+    return lines + [f"  {rival_words(item)}: {two_decimals(item.probability)}." for item in rest]
 
 
 def rival_words(rival: Alternative) -> str:

@@ -13,6 +13,7 @@ from hybrid.diagnosis.answer import Answer, headline_of, summary_of
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.report import next_lines, rival_words
 from hybrid.diagnosis.report_files import report_content, save_diagnosis
 from hybrid.diagnosis.track_record.trust import Trust, trust_in
@@ -98,8 +99,8 @@ class Report:
 
 
 def _row(finding: Finding) -> tuple[str, str, str, str]:
-    rivals = "; ".join(f"{rival_words(item)} ({item.probability:.2f})" for item in finding.alternatives)
-    return finding.sentence, f"{finding.probability:.2f}", f"{finding.explains:.0%}", rivals or "-"
+    rivals = "; ".join(f"{rival_words(item)} ({two_decimals(item.probability)})" for item in finding.alternatives)
+    return finding.sentence, two_decimals(finding.probability), f"{finding.explains:.0%}", rivals or "-"
 
 
 def _score(score: float | None) -> str:

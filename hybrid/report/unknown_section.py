@@ -11,10 +11,11 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.probability import per_cent
 from hybrid.diagnosis.report import REMAINDERS
 from hybrid.report.answer import left_of
 from hybrid.report.page import Block, Bullets, Cell, Heading, Paragraph, Section, Table
-from hybrid.report.values import NOTHING, of_parameter, percentage, probability, sentence, share
+from hybrid.report.values import NOTHING, of_parameter, percentage, sentence, share
 
 PARTS_OF_TIME = 5
 NO_RIVALS = "No other cause on the list has a probability worth a line."
@@ -56,11 +57,11 @@ def _next(then: NextMeasurement) -> list[Block]:
             (
                 Cell(option.measurement.title),
                 Cell(f"{option.information:.2f}", option.information),
-                Cell(probability(option.probability), option.probability),
+                Cell(per_cent(option.probability), option.probability),
             )
             for option in then.options
         )
-        caption = f"What is expected of each; now {probability(then.now)}."
+        caption = f"What is expected of each; now {per_cent(then.now)}."
         columns = ("measurement", "information (bits)", "probability of the right cause")
         blocks.append(Table(caption, columns, rows, EXPECTED))
     return blocks + ([Paragraph(sentence(then.sentences[-1]))] if then.options and then.open else [])
@@ -72,9 +73,9 @@ def _rivals(number: int, finding: Finding) -> Table:
         sizes = "; ".join(f"{word} {of_parameter(own)}" for word, own in item.parameters.items())
         words = (kind_words(item.kind), place_words(item.location))
         words = (REMAINDERS[item.kind], NOTHING) if item.is_remainder else words
-        rows.append((*map(Cell, words), Cell(sizes or NOTHING), Cell(probability(item.probability), item.probability)))
+        rows.append((*map(Cell, words), Cell(sizes or NOTHING), Cell(per_cent(item.probability), item.probability)))
     what = f"{kind_words(finding.cause.kind)}, {place_words(finding.cause.location)}"
-    caption = f"In the place of finding {number} ({what}, {probability(finding.probability)})."
+    caption = f"In the place of finding {number} ({what}, {per_cent(finding.probability)})."
     return Table(caption, ("cause", "place", "size", "probability"), tuple(rows))
 
 

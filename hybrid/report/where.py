@@ -8,10 +8,11 @@ from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.probability import per_cent
 from hybrid.report.answer import fitted_names
 from hybrid.report.drawings import pictured
 from hybrid.report.page import Block, Cell, Paragraph, Section, Table
-from hybrid.report.values import NOTHING, of_parameter, probability, share
+from hybrid.report.values import NOTHING, of_parameter, share
 
 WIDTHS = (1600,)  # px in which a structure is drawn: numbers on a wider one are too small on a page
 MAX_RIVALS = 5  # of a finding, on the drawing
@@ -70,7 +71,7 @@ def _pointers(found: Answer, dataset: Dataset) -> Iterator[Pointer]:
 
 
 def _briefly(value: float) -> str:
-    return probability(value).replace("more than ", "> ").replace("less than ", "< ")
+    return per_cent(value).replace("more than ", "> ").replace("less than ", "< ")
 
 
 def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
@@ -87,7 +88,7 @@ def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
                 Cell(kind_words(finding.cause.kind)),
                 Cell(place_words(finding.cause.location)),
                 Cell(sizes or NOTHING),
-                Cell(probability(finding.probability), finding.probability),
+                Cell(per_cent(finding.probability), finding.probability),
                 explains,
                 Cell(acts),
             )

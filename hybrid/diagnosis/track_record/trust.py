@@ -7,6 +7,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.track_record.certified import Bin, Certified, Column, Share, certified
 from hybrid.diagnosis.track_record.likeness import column_like, kind_of, words_of
 
@@ -82,7 +83,9 @@ def _counted(found: Answer, column: Column) -> tuple[str, Share]:
         return "the factor of a group that is off", column.groups
     p = found.findings[0].probability
     own = next((item for item in column.named if item.low <= p < item.high or p == item.high == 1.0), None)
-    return (f"what was named at {p:.2f}", nothing) if own is None else (f"what was named {_span(own)}", own.right)
+    if own is None:
+        return f"what was named at {two_decimals(p)}", nothing
+    return f"what was named {_span(own)}", own.right
 
 
 def _span(own: Bin) -> str:
