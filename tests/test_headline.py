@@ -48,7 +48,7 @@ def test_places_that_move_alike_share_a_probability_and_the_kind_s_own_is_said()
     assert finding_table(named)["probability_of_kind"] == pytest.approx(0.99)
     (line,) = [line for line in lines_of(named) if "Probability" in line]
     assert line.startswith(
-        "  Probability 0.33 at this place, 0.99 that it is a coulomb_friction here or at node 3 in x (0.33), at node 4"
+        "  Probability 0.33 at this place, 0.99 of its kind (Coulomb friction), here or at node 3 in x (0.33), at"
     )
     assert not any("cannot rule out" in line for line in lines_of(named))
 
@@ -57,7 +57,7 @@ def test_a_rival_has_its_size_where_that_is_known() -> None:
     force = {"force": Parameter(-9e5, 3e4, "N")}
     rivals = (Alternative("axial_force", {"element": 2}, 0.14, force), Alternative("added_mass", {"node": 1}, 0.1))
     named = Finding(AddedMass(3, 2.5), {}, 0.7, 1.0, (), rivals, "A mass.")
-    assert "  These sensors cannot rule out: axial_force at element 2, force -9e+05 +- 3e+04 N (0.14)." in lines_of(
+    assert "  These sensors cannot rule out: axial force at element 2, force -9e+05 +- 3e+04 N (0.14)." in lines_of(
         named
     )
     listed = finding_table(named)["alternatives"]

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from fe_models.causes.wording import at_place
+from fe_models.causes.wording import at_place, kind_words
 from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
@@ -210,7 +210,7 @@ def _probability(finding: Finding) -> str:
     others = ", ".join(places) + (f" and {more} more places" if more else "")
     return (
         f"Probability {two_decimals(finding.probability)} at this place,"
-        f" {two_decimals(finding.probability_of_kind)} that it is a {finding.cause.kind} here or {others}"
+        f" {two_decimals(finding.probability_of_kind)} of its kind ({kind_words(finding.cause.kind)}), here or {others}"
     )
 
 
@@ -232,7 +232,7 @@ def rival_words(rival: Alternative) -> str:
     if rival.is_remainder:
         return REMAINDERS[rival.kind]
     sizes = "".join(f", {word} {in_words(item)}" for word, item in rival.parameters.items())
-    return f"{rival.kind} {at_place(rival.location)}{sizes}"
+    return f"{kind_words(rival.kind)} {at_place(rival.location)}{sizes}"
 
 
 def hybrid_lines(gain: Gain) -> list[str]:
@@ -244,7 +244,7 @@ def hybrid_lines(gain: Gain) -> list[str]:
         apart = "" if trained.held_out is None else f", held-out {trained.held_out:.4f}"
         lines.append(f"Hybrid model on the {name} structure: NRMSE {trained.measured:.4f}{apart}.")
         for place in trained.places[: REPORT.max_learned_places_listed]:
-            laws = ", ".join(f"{word} {part:.0%}" for word, part in list(place.laws.items())[:3])
+            laws = ", ".join(f"{kind_words(word)} {part:.0%}" for word, part in list(place.laws.items())[:3])
             lines.append(
                 f"  learned {at_place(place.location)}: {place.share:.0%} of it; of that explain {laws};"
                 f" {place.rest:.0%} nothing"
