@@ -31,6 +31,7 @@ REMAINDERS = {
     OTHER_CAUSES: "Other causes, each less probable, or several at once",
     NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
+ERROR_ENERGY = "the forecast error's energy beyond noise"
 # The floor is estimated, and a forecast may be below it:
 AT_FLOOR, NOT_AT_FLOOR = ", at the noise floor (about {floor:.4f})", ", above the noise floor (about {floor:.4f})"
 FORECAST_AT_NOISE = "as well as the noise lets it"
@@ -98,7 +99,7 @@ def next_lines(then: NextMeasurement | None) -> list[str]:
 def _explained(finding: Finding) -> str:
     if finding.explains < REPORT.min_explained_share:
         return "recordings for training show it, those for testing hardly"
-    return f"explains {finding.explains:.0%} of what was wrong"
+    return explained_in_words(finding.explains, ERROR_ENERGY)
 
 
 def calibration_table(calibration: Iterable[Calibrated]) -> list[dict[str, Any]]:
@@ -141,30 +142,46 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the answer: headline, findings with their rivals, forecasts before and after, notes."""
     lines = [headline(diagnosis)]
     for finding in diagnosis.findings:
-        lines.append(f"- {finding.sentence}")
-        lines.append(f"  {_probability(finding)}; {_explained(finding)}.")
-        lines += _rival_lines(finding)
+        lines += finding_lines(finding, _explained(finding))
     lines += next_lines(diagnosis.next_measurement)
-    rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
-    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, diagnosis.tolerance, bool(diagnosis.findings), rest)
+    lines += left_lines(diagnosis.unexplained, ERROR_ENERGY) if diagnosis.findings else []
+    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, diagnosis.tolerance, bool(diagnosis.findings))
     if gain is not None:
         lines += hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
 
 
+def finding_lines(finding: Finding, explained: str, *facts: str) -> list[str]:
+    """Return a finding in lines: what is wrong, how probable that is, what is ``explained``, where anything is, further
+    ``facts``, and its rivals.
+    """
+    first = f"{_probability(finding)}; {explained}" if explained else _probability(finding)
+    return [f"- {finding.sentence}", *(f"  {fact}." for fact in (first, *facts)), *_rival_lines(finding)]
+
+
+def explained_in_words(share: float, measure: str) -> str:
+    """Return which ``share`` of a ``measure`` of what is wrong a finding explains."""
+    return f"explains {share:.0%} of {measure}"
+
+
+def left_lines(share: float, measure: str) -> list[str]:
+    """Return which ``share`` of a ``measure`` of what was wrong the findings leave, in a line."""
+    return [f"Left unexplained: {share:.1%} of {measure}."]
+
+
 def score_lines(
-    scores: dict[str, dict[str, float | None]], floor: float, tolerance: float, is_named: bool, rest: str = ""
+    scores: dict[str, dict[str, float | None]], floor: float, tolerance: float, is_named: bool
 ) -> list[str]:
     """Return the forecasts before and after in words, with the noise ``floor`` that the second may reach within the
-    ``tolerance``, and what is left, the ``rest``.
+    ``tolerance``.
     """
     base, extended = scores["baseline"], scores["extended"]
     after = "after" if is_named else "without a named cause"
     reached = AT_FLOOR if is_at_floor(extended["measured"], floor, tolerance) else NOT_AT_FLOOR
     lines = [
         f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}"
-        f"{reached.format(floor=floor)}{rest}."
+        f"{reached.format(floor=floor)}."
     ]
     if base["held_out"] is not None:
         lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
@@ -218,7 +235,7 @@ def _rival_lines(finding: Finding) -> list[str]:
     """Return a line on each of the first rivals of another kind, one on the others, and those on what is left."""
     rivals = [item for item in finding.alternatives if not item.is_remainder and item.kind != finding.cause.kind]
     lines = [
-        f"  These sensors cannot rule out: {rival_words(item)} ({two_decimals(item.probability)})."
+        f"  Cannot be ruled out: {rival_words(item)} ({two_decimals(item.probability)})."
         for item in rivals[: REPORT.max_rivals_listed]
     ]
     if len(rivals) > REPORT.max_rivals_listed:

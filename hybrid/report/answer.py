@@ -107,13 +107,8 @@ def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:
     if found.noise_floor is not None:
         facts.append(("noise floor", f"{found.noise_floor:.4f}"))
     if found.findings:
-        facts.append((left_of(found), percentage(found.unexplained)))
+        facts.append(("left unexplained", percentage(found.unexplained)))
     return tuple(facts)
-
-
-def left_of(found: Answer) -> str:
-    """Return of what a share is left unexplained."""
-    return "left of what modes get wrong" if isinstance(found, ModalDiagnosis) else "left of what was wrong"
 
 
 def next_steps(found: Answer) -> tuple[str, ...]:

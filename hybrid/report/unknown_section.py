@@ -7,13 +7,12 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.wording import kind_words, place_words
 from fe_models.spectra import line_frequencies, power_spectrum
-from hybrid.diagnosis.answer import Answer
+from hybrid.diagnosis.answer import Answer, measure_of_left
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.probability import per_cent
 from hybrid.diagnosis.report import REMAINDERS
-from hybrid.report.answer import left_of
 from hybrid.report.page import Block, Bullets, Cell, Heading, Paragraph, Section, Table
 from hybrid.report.values import NOTHING, of_parameter, percentage, sentence, share
 
@@ -42,8 +41,7 @@ def what_is_not_known(found: Answer) -> Section:
         blocks += _next(found.next_measurement)
     blocks.append(Heading("What is left unexplained"))
     if found.findings:
-        what = left_of(found).removeprefix("left of ")
-        blocks.append(Paragraph(f"Left of {what}, in energy: {percentage(found.unexplained)}."))
+        blocks.append(Paragraph(sentence(f"{percentage(found.unexplained)} of {measure_of_left(found)}")))
     if found.example is not None:
         blocks += [_by_channel(found.example), _by_mode(found.example), _by_time(found.example)]
     return Section("unknown", "What is not known", tuple(blocks))

@@ -6,8 +6,7 @@ from fe_models.causes.wording import kind_words, place_words
 from fe_models.pictures.pointers import Pointer, pointer_to
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.answer import Answer, measure_of_explained
 from hybrid.diagnosis.probability import per_cent
 from hybrid.report.answer import fitted_names
 from hybrid.report.drawings import pictured
@@ -39,7 +38,7 @@ def where(found: Answer, dataset: Dataset) -> Section:
     )
     blocks: list[Block] = [drawing]
     if found.findings:
-        blocks.append(_table(found.findings, dataset))
+        blocks.append(_table(found, dataset))
     else:
         blocks.insert(0, Paragraph(NAMES_NOTHING))
     drawn = dataset.model, dataset.sensors
@@ -74,10 +73,10 @@ def _briefly(value: float) -> str:
     return per_cent(value).replace("more than ", "> ").replace("less than ", "< ")
 
 
-def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
+def _table(found: Answer, dataset: Dataset) -> Table:
     every = fitted_names(dataset)
     rows = []
-    for number, finding in enumerate(findings, start=1):
+    for number, finding in enumerate(found.findings, start=1):
         own = list(dict.fromkeys(finding.recordings))
         acts = EVERYWHERE if every <= set(own) or not own else ", ".join(own)
         sizes = "; ".join(f"{word} {of_parameter(item)}" for word, item in finding.parameters.items())
@@ -94,5 +93,5 @@ def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
             )
         )
     columns = ("No.", "cause", "place", "size", "probability", "explains", "recordings")
-    note = "Explains: the share of what the drawn structure gets wrong, in energy, that goes away with it."
+    note = f"Explains: the share that goes away with it, of {measure_of_explained(found)}."
     return Table(CAUSES, columns, tuple(rows), note)
