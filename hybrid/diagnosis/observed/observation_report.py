@@ -18,8 +18,8 @@ def describe_observations(shown: Observations) -> list[str]:
         f" {'share of error':>15s}",
         *_channels(shown),
         "  The modes: nominal; calibrated, with nominal values moved within their uncertainty; and observed, of the",
-        "  linear model that follows the recordings best (-: hardly seen). Shares of each in the energy of the recorded",
-        "  motion and of the nominal simulation's error:",
+        "  linear model that follows the recordings best (-: hardly seen). Shares of each in the energy of the",
+        "  recorded motion and of the nominal simulation's error:",
         f"  {'':4s} {'frequency (Hz)':^30s} {'damping ratio':^28s} {'shapes':>6s} {'share of':>9s} {'share of':>9s}",
         f"  {'mode':4s} {'nominal':>9s} {'calibrated':>10s} {'observed':>9s} {'nominal':>8s} {'calibrated':>10s}"
         f" {'observed':>8s} {'MAC':>6s} {'motion':>9s} {'error':>9s}",

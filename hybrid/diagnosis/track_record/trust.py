@@ -12,9 +12,10 @@ from hybrid.diagnosis.track_record.certified import Bin, Certified, Column, Shar
 from hybrid.diagnosis.track_record.likeness import column_like, kind_of, words_of
 
 LEAST = 10  # cases: of fewer, all right, the 95 % interval begins below 70 %
-NOT_KNOWN = "How often such answers are right is not known yet"
+NOT_KNOWN = "How often answers like this one are right is not known yet"
 FEW = "of {what} on {like} the certificate has {count}"
 TOO_FEW = "too few to tell"
+RIGHT_IN = "Answers like this one were right in {hits} of {count} simulated cases ({interval}, 95 % interval)."
 RIGHT = "{What} was right {hits} of {count} times on {like}"
 NOT_YOURS = "Simulated structures are simpler than a real one: expect rather less of yours."
 VERDICTS = {
@@ -28,19 +29,22 @@ VERDICTS = {
 @dataclass(frozen=True)
 class Trust:
     """``right``: how many answers like one were, None where that is not known; a ``sentence`` that says so; ``source``:
-    the certificate that it is from.
+    the certificate that it is from; ``cases``: how many are too few to know it, None where none are like it.
     """
 
     right: Share | None
     sentence: str
     source: str
+    cases: int | None = None
 
     @property
     def line(self) -> str:
-        """The same in a line of the terminal."""
-        if self.right is None:
-            return f"Track record: {_small(self.sentence)}. ({self.source}.)"
-        return f"Track record: {self.sentence} ({percent(self.right)}, 95 % interval). ({self.source}.)"
+        """The same in a short line of the terminal."""
+        if self.right is not None:
+            return RIGHT_IN.format(hits=self.right.hits, count=self.right.count, interval=percent(self.right))
+        if self.cases is None:
+            return f"{self.sentence}."
+        return f"{NOT_KNOWN} ({self.cases or 'no'} case{'' if self.cases == 1 else 's'})."
 
     def as_json(self) -> dict[str, Any]:
         """Return the same as plain data."""
@@ -62,7 +66,7 @@ def trust_in(dataset: Dataset, found: Answer, known: Certified | None = None) ->
     if share.count < LEAST:
         count = f"{share.count} so far, {TOO_FEW}" if share.count else "none so far"
         told = FEW.format(what=what, like=like, count=count)
-        return Trust(None, f"{NOT_KNOWN}: {told}", source)
+        return Trust(None, f"{NOT_KNOWN}: {told}", source, share.count)
     told = RIGHT.format(What=what[:1].upper() + what[1:], hits=share.hits, count=share.count, like=like)
     return Trust(share, told, source)
 
@@ -99,7 +103,3 @@ def _source(known: Certified, column: Column | None = None) -> str:
     days = f", {known.days[-1]}" if known.days else ""
     done = "" if column is None else f"; {column.done} of {column.planned} cases of this kind have run"
     return f"certificate of commit {known.commit[:12]}{changed}{days}{done}"
-
-
-def _small(text: str) -> str:
-    return text[:1].lower() + text[1:]
