@@ -8,6 +8,7 @@ import pytest
 from markupsafe import Markup
 
 import fe_models as fe
+import hybrid
 from fe_models.files.result_set import ResultSet
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
@@ -222,6 +223,19 @@ def test_a_notebook_writes_the_same_page(tmp_path: Path, monkeypatch: pytest.Mon
     assert headings(html, "h2") == ["What to do next", *SECTIONS]
     assert "hybrid.diagnose(design, data)" in html
     assert "Files that were read" not in html
+
+
+def test_a_notebook_asks_for_the_search_by_modes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dataset = chain_dataset()
+    by_modes, by_look = answer_by_modes(dataset), answer_by_series(dataset)
+    home = "hybrid.diagnosis"
+    monkeypatch.setattr(f"{home}.modes_and_motion.modal_diagnosis.diagnose_modes", lambda *_: by_modes)
+    monkeypatch.setattr(f"{home}.diagnosis.diagnose", lambda *_: by_look)
+    monkeypatch.setattr("hybrid.report.seen.seen_in", lambda dataset, found: nothing_seen(dataset))
+    assert hybrid.diagnose(dataset, progress=False).diagnosis is by_look
+    report = hybrid.diagnose(dataset, by_modes=True, progress=False)
+    assert report.diagnosis is by_modes
+    assert "hybrid.diagnose(design, data, by_modes=True)" in report.to_html(tmp_path / "page.html").read_text()
 
 
 def test_kinds_stand_in_words() -> None:

@@ -49,8 +49,8 @@ def predict(
     Start either from a recording, of which the first samples are read, or from a state of your own, given at as many
     nodes as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the
     same start), and channels.csv (what the sensors would read and, from a recording, its standard deviation);
-    'hybrid-modal render OUT' draws it. metrics.json of RUN says how often tests stayed within 1.645 standard deviations, which
-    should be nine times in ten.
+    'hybrid-modal render OUT' draws it. metrics.json of RUN says how often tests stayed within 1.645 standard
+    deviations, which should be nine times in ten.
 
     Known loads and base motion of the recording drive the forecast, as far as they are known. Of a recording with
     excitation = "ambient", or of which nothing is said and that does not die away, the motion is estimated from all its

@@ -22,10 +22,13 @@ from hybrid.result_sets import diagnosis_in
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """What `hybrid.diagnose` returns of a ``dataset``; the ``diagnosis`` holds all that it is made of."""
+    """What `hybrid.diagnose` returns of a ``dataset``; the ``diagnosis`` holds all that it is made of; ``by_modes``:
+    whether that was asked for.
+    """
 
     diagnosis: Answer
     dataset: Dataset
+    by_modes: bool = False
 
     @property
     def verdict(self) -> Verdict:
@@ -84,7 +87,8 @@ class Report:
         from hybrid.report.seen import seen_in
 
         seen = seen_in(self.dataset, self.diagnosis)
-        source = in_python("hybrid.diagnose(design, data)", SEED, self.diagnosis.seconds)
+        call = f"hybrid.diagnose(design, data{', by_modes=True' if self.by_modes else ''})"
+        source = in_python(call, SEED, self.diagnosis.seconds)
         write_text(Path(path), rendered(diagnosis_page(self.diagnosis, self.dataset, seen, source)))
         return Path(path)
 
