@@ -96,7 +96,7 @@ class CertificateOptions:
 
     certificate: Annotated[
         bool,
-        typer.Option("--certificate", help="Instead: the certificate of this commit; four hours on two cores."),
+        typer.Option("--certificate", help="Instead: the certificate of this commit; ten hours and more on two cores."),
     ] = False
     minutes: Annotated[
         float | None,
@@ -116,7 +116,7 @@ class AuditOptions:
 
     audit: Annotated[
         bool,
-        typer.Option("--audit", help="Instead: evidences against nested sampling, ranks of posteriors; 10 minutes."),
+        typer.Option("--audit", help="Instead: evidences against nested sampling, ranks of posteriors; 20 minutes."),
     ] = False
 
 

@@ -105,7 +105,7 @@ def test_the_metrics_tell_which_recordings_the_test_resembles(folders: list[Path
 def test_predict_motion_takes_a_run_of_experts(folders: list[Path], dataset: Dataset, tmp_path: Path) -> None:
     path = save_dataset(dataset, tmp_path / "data", "four_dof")
     arguments = [str(folders[1]), "--out", str(tmp_path / "out"), "--dataset", str(path)]
-    result = CliRunner().invoke(predict_motion.app, [*arguments, "--record", "like other", "--duration", "39.5"])
+    result = CliRunner().invoke(predict_motion.app, [*arguments, "--recording", "like other", "--duration", "39.5"])
     assert result.exit_code == 0, result.output
     prediction = load_run(tmp_path / "out").prediction
     assert prediction is not None

@@ -125,7 +125,7 @@ def test_changed_inputs_and_options_and_lost_reports_are_done_anew(tmp_path: Pat
     assert [case.digest == old.digest for case, old in zip(now, cases, strict=True)] == [False, True, True]
     run_fleet(now, out, answering(asked))
     assert asked[3:] == ["s0", "s1"]
-    by_modes = [case_of(case.name, Path(case.file), out, Options(modes=True)) for case in cases]
+    by_modes = [case_of(case.name, Path(case.file), out, Options(by_modes=True)) for case in cases]
     assert kept_rows(out, by_modes) == {}
 
 
@@ -259,3 +259,15 @@ def test_a_file_of_the_user_is_not_written_over(tmp_path: Path) -> None:
     ran = CliRunner().invoke(app, ["diagnose", str(tmp_path), "--out", str(tmp_path / "out")])
     assert ran.exit_code == 2
     assert "fleet.html would be replaced" in ran.stderr
+
+
+@pytest.mark.parametrize("name", ["--by-modes", "--modes"])
+def test_the_search_by_modes_is_asked_for_by_its_name_and_by_the_older_one(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    asked: list[Options] = []
+    monkeypatch.setattr("hybrid.commands.fleet.diagnose_fleet", lambda *own: asked.append(own[2]) or 0)
+    folder = sample(tmp_path / "own").parent
+    result = CliRunner().invoke(app, ["diagnose", str(folder), name, "--out", str(tmp_path / "out")])
+    assert result.exit_code == 0, result.output
+    assert [own.words for own in asked] == [["--by-modes"]]

@@ -8,12 +8,15 @@ import pytest
 
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.causes import AddedMass, CoulombFriction
+from hybrid.diagnosis.answer import summary_of
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, Parameter
 from hybrid.diagnosis.outcome.named import remainder
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.verdict import Errors, Verdict, is_contradicted
-from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, summary
+from hybrid.diagnosis.probability import two_decimals
+from hybrid.diagnosis.report import describe_diagnosis, finding_table, headline, score_lines, summary
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
+from tests.pages import answer_by_modes, answer_by_series, chain_dataset, found_in
 
 
 def answer(probability: float, *alternatives: Alternative, verdict: Verdict = Verdict.EXPLAINED) -> Any:
@@ -47,21 +50,52 @@ def test_places_that_move_alike_share_a_probability_and_the_kind_s_own_is_said()
     assert finding_table(named)["probability_of_kind"] == pytest.approx(0.99)
     (line,) = [line for line in lines_of(named) if "Probability" in line]
     assert line.startswith(
-        "  Probability 0.33 at this place, 0.99 that it is a coulomb_friction here or at node 3 in x (0.33), at node 4"
+        "  Probability 0.33 at this place, 0.99 of its kind (Coulomb friction), here or at node 3 in x (0.33), at"
     )
-    assert not any("cannot rule out" in line for line in lines_of(named))
+    assert not any("ruled out" in line for line in lines_of(named))
 
 
 def test_a_rival_has_its_size_where_that_is_known() -> None:
     force = {"force": Parameter(-9e5, 3e4, "N")}
     rivals = (Alternative("axial_force", {"element": 2}, 0.14, force), Alternative("added_mass", {"node": 1}, 0.1))
     named = Finding(AddedMass(3, 2.5), {}, 0.7, 1.0, (), rivals, "A mass.")
-    assert "  These sensors cannot rule out: axial_force at element 2, force -9e+05 +- 3e+04 N (0.14)." in lines_of(
-        named
-    )
+    assert "  Cannot be ruled out: axial force at element 2, force -9e+05 +- 3e+04 N (0.14)." in lines_of(named)
     listed = finding_table(named)["alternatives"]
     assert listed[0]["parameters"] == {"force": {"value": -9e5, "std": 3e4, "unit": "N"}}
     assert listed[1]["parameters"] == {}
+
+
+def test_both_searches_say_the_same_in_the_same_words() -> None:
+    dataset = chain_dataset()
+    finding = replace(found_in(dataset), gain=0.3)
+    by_series, by_modes = (summary_of(of(dataset, finding)) for of in (answer_by_series, answer_by_modes))
+    for words in (
+        "  Probability 0.97; explains 90% of",
+        "  Cannot be ruled out: cubic spring at node 4 in x, stiffness 12 +- 3 N/m^3 (0.02).",
+        "  Something that is not on the list of causes: 0.01.",
+        "Left unexplained: 2.0% of",
+    ):
+        assert words in by_series and words in by_modes
+    assert "90% of the forecast error's energy beyond noise." in by_series
+    assert "90% of the modes' misfit (chi-square)." in by_modes
+    assert "it removes 30% of the forecast error's energy beyond noise" in by_modes
+
+
+def test_no_probability_is_said_to_be_one_or_zero() -> None:
+    assert [two_decimals(own) for own in (0.9991, 0.995, 0.9949, 0.5, 0.005, 0.0049)] == [
+        *("> 0.99", "0.99", "0.99", "0.50", "0.01", "< 0.01")
+    ]
+
+
+def test_a_forecast_near_or_below_the_noise_floor_is_said_to_be_at_it() -> None:
+    def first(error: float, tolerance: float = 0.05) -> str:
+        scores = {"baseline": {"measured": 0.2, "held_out": None}, "extended": {"measured": error, "held_out": None}}
+        return score_lines(scores, 0.01, tolerance, is_named=True)[0]
+
+    assert first(0.008) == "Forecast NRMSE: 0.2000 before, 0.0080 after, at the noise floor (about 0.0100)."
+    assert "at the noise floor" in first(0.0104)
+    assert "above the noise floor" in first(0.0106)
+    assert "at the noise floor" in first(0.0106, tolerance=0.1)
 
 
 def lines_of(named: Finding) -> list[str]:
@@ -71,6 +105,7 @@ def lines_of(named: Finding) -> list[str]:
         findings=(named,),
         scores=scores,
         noise_floor=0.01,
+        tolerance=0.05,
         unexplained=0.0,
         notes=(),
         next_measurement=None,

@@ -43,7 +43,7 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.mark.slow
 def test_a_changed_chain_far_from_its_drawing(file: Path, tmp_path: Path) -> None:
-    answer = CliRunner().invoke(app, ["diagnose", str(file), "--modes", "--out", str(tmp_path)])
+    answer = CliRunner().invoke(app, ["diagnose", str(file), "--by-modes", "--out", str(tmp_path)])
     assert answer.exit_code == 0, answer.output
     report = json.loads((tmp_path / "report.json").read_text())
     first = report["findings"][0]

@@ -78,7 +78,7 @@ def table_of(out: Path) -> tuple[list[str], FloatArray]:
 @pytest.mark.slow
 def test_from_a_record_it_is_what_the_model_forecasts_of_that_window(run: Path, tmp_path: Path) -> None:
     """Of the second recording, from sample 7 on; hybrid and FE start where the encoder says."""
-    options = ("--dataset", run.parent / "dataset.toml", "--record", "other", "--start", "3.5", "--duration", "39.5")
+    options = ("--dataset", run.parent / "dataset.toml", "--recording", "other", "--start", "3.5", "--duration", "39.5")
     prediction = predicted(run, tmp_path, *options)
     model = load_checkpoint(run / CHECKPOINT).model
     window = chain_dataset().recordings[1].data[:1, 7:87]
@@ -113,7 +113,7 @@ def test_under_known_loads_it_is_what_the_model_forecasts_and_only_as_long_as_th
     training = begin(dataset, Config(TINY.model, replace(TINY.training, epochs=1)), tmp_path / "run")
     list(training.epochs())
     write_results(training, dataset)
-    options = ("--dataset", path, "--record", "test", "--start", "10")
+    options = ("--dataset", path, "--recording", "test", "--start", "10")
     prediction = predicted(tmp_path / "run", tmp_path / "out", *options, "--duration", "30")
     trained = load_trained(tmp_path / "run")
     (recording,) = dataset.select("test")
@@ -205,8 +205,8 @@ def test_all_that_is_wrong_with_a_record_comes_at_once(run: Path, tmp_path: Path
     late = faults_of(run, tmp_path / "out", "--dataset", other, "--start", "46")
     assert len(late) == 2
     assert "sensors or sampling rate are not those" in late[0]
-    assert "--start 46: record one ends after" in late[1]
-    unknown = faults_of(run, tmp_path / "out", "--dataset", other, "--record", "third")
+    assert "--start 46: recording one ends after" in late[1]
+    unknown = faults_of(run, tmp_path / "out", "--dataset", other, "--recording", "third")
     assert len(unknown) == 2
     assert "has one, other, unseen" in unknown[1]
 
@@ -229,7 +229,7 @@ def test_a_start_too_late_for_the_encoder_is_refused(run: Path, tmp_path: Path) 
     """100 samples hold ten from sample 90 at the latest, 45 s."""
     dataset = run.parent / "dataset.toml"
     (line,) = faults_of(run, tmp_path / "out", "--dataset", dataset, "--start", "45.5")
-    assert "record one ends after 50 s" in line
+    assert "recording one ends after 50 s" in line
 
 
 def test_a_missing_dataset_is_named(run: Path, tmp_path: Path) -> None:

@@ -8,10 +8,12 @@ import pytest
 from markupsafe import Markup
 
 import fe_models as fe
+import hybrid
 from fe_models.files.result_set import ResultSet
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import per_cent
 from hybrid.notebook.report import Report
 from hybrid.report import rendering
 from hybrid.report.answer import SEVERAL, WORSE, facts_of, next_steps, sentence_of, summary_of, verdict_of
@@ -21,7 +23,7 @@ from hybrid.report.page_files import save_page
 from hybrid.report.provenance import provenance_of
 from hybrid.report.rendering import MAX_BYTES, rendered
 from hybrid.report.seen import nothing_seen
-from hybrid.report.values import measured, percentage, probability, sentence
+from hybrid.report.values import measured, percentage, sentence
 from hybrid.result_sets import diagnosis_in
 from tests.pages import HOSTILE, SOURCE, Reader, answer_by_modes, answer_by_series, chain_dataset, found_in
 
@@ -157,7 +159,7 @@ def test_uncertainties_have_two_digits(value: float, error: float, unit: str, wo
 
 
 def test_nothing_is_said_to_be_certain() -> None:
-    assert [probability(own) for own in (1.0, 0.997, 0.5, 0.004, 0.0)] == [
+    assert [per_cent(own) for own in (1.0, 0.997, 0.5, 0.004, 0.0)] == [
         "more than 99.9 %",
         "99.7 %",
         "50 %",
@@ -221,6 +223,19 @@ def test_a_notebook_writes_the_same_page(tmp_path: Path, monkeypatch: pytest.Mon
     assert headings(html, "h2") == ["What to do next", *SECTIONS]
     assert "hybrid.diagnose(design, data)" in html
     assert "Files that were read" not in html
+
+
+def test_a_notebook_asks_for_the_search_by_modes(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    dataset = chain_dataset()
+    by_modes, by_look = answer_by_modes(dataset), answer_by_series(dataset)
+    home = "hybrid.diagnosis"
+    monkeypatch.setattr(f"{home}.modes_and_motion.modal_diagnosis.diagnose_modes", lambda *_: by_modes)
+    monkeypatch.setattr(f"{home}.diagnosis.diagnose", lambda *_: by_look)
+    monkeypatch.setattr("hybrid.report.seen.seen_in", lambda dataset, found: nothing_seen(dataset))
+    assert hybrid.diagnose(dataset, progress=False).diagnosis is by_look
+    report = hybrid.diagnose(dataset, by_modes=True, progress=False)
+    assert report.diagnosis is by_modes
+    assert "hybrid.diagnose(design, data, by_modes=True)" in report.to_html(tmp_path / "page.html").read_text()
 
 
 def test_kinds_stand_in_words() -> None:

@@ -159,7 +159,7 @@ def test_the_commands_take_turned_sensors(tmp_path: Path) -> None:
     assert "MAC" in called("compare", file, "--out", tmp_path / "compared")
     options = ("--window", "80", "--batch", "8", "--first-horizon", "20", "--threads", "1", "--epochs", "1")
     called("train", file, "--out", tmp_path / "run", *options)
-    called("predict", tmp_path / "run", "--out", tmp_path / "next", "--dataset", file, "--record", "release_3")
+    called("predict", tmp_path / "run", "--out", tmp_path / "next", "--dataset", file, "--recording", "release_3")
     header = (tmp_path / "next" / "channels.csv").read_text().splitlines()[0]
     assert "a3(30)" in header
     wrong = CliRunner().invoke(app, ["simulate", str(tmp_path / "floors.npz"), "--out", str(tmp_path / "w"), *sensors])

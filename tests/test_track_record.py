@@ -100,7 +100,9 @@ def test_what_the_certificate_has_no_cases_of_is_said(data: Dataset) -> None:
     for dataset, word in ((matrices, "matrices"), (mixed, "several ways"), (listed, "modes"), (swept, "moving base")):
         trust = trust_in(dataset, found, KNOWN)
         assert trust.right is None
-        assert trust.sentence.startswith("How often such answers are right is not known yet: the certificate has no ")
+        assert trust.sentence.startswith(
+            "How often answers like this one are right is not known yet: the certificate has no "
+        )
         assert word in trust.sentence
 
 
@@ -129,6 +131,7 @@ def test_a_cause_is_counted_with_those_named_as_surely(data: Dataset) -> None:
         "What was named at 0.97 or more was right 40 of 40 times on simulated chains of four masses in free vibration,"
         " whose drawings were off by 1 %"
     )
+    assert sure.line == ("Answers like this one were right in 40 of 40 simulated cases (90 to 100 %, 95 % interval).")
     assert sure.source == "certificate of commit 0123456789ab, 2026-11-29; 120 of 300 cases of this kind have run"
     less = trust_in(data, answer_by_series(data, found_in(data, 0.93)), KNOWN)
     assert less.right is not None
@@ -142,10 +145,11 @@ def test_few_cases_say_nothing(data: Dataset) -> None:
     trust = trust_in(data, answer_by_series(data, found_in(data, 0.995)), few)
     assert trust.right is None
     assert trust.sentence.endswith("the certificate has 9 so far, too few to tell")
-    assert "not known yet" in trust.line
+    assert trust.line == "How often answers like this one are right is not known yet (9 cases)."
     never = trust_in(data, answer_by_series(data, found_in(data, 0.3)), KNOWN)
     assert never.right is None
     assert never.sentence.endswith("the certificate has none so far")
+    assert never.line.endswith("is not known yet (no cases).")
 
 
 def test_answers_without_a_cause_are_counted_by_their_verdict(data: Dataset) -> None:

@@ -91,8 +91,8 @@ def test_the_commands_estimate_its_motion_as_of_a_stated_one(tmp_path: Path) -> 
 
     output = called("train", file, "--out", tmp_path / "run", *OPTIONS)
     assert f"Note: recording 'wind' is taken as ambient vibration: {TOLD}" in output
-    assert "Ambient, wind: the motion at all nodes from all samples of the record" in output
-    record = ("--record", "wind", "--start", "50", "--duration", "20")
+    assert "Ambient, wind: the motion at all nodes from all samples of the recording" in output
+    record = ("--recording", "wind", "--start", "50", "--duration", "20")
     output = called("predict", tmp_path / "run", "--out", tmp_path / "next", "--dataset", file, *record)
     assert f"Note: recording 'wind' is taken as ambient vibration: {TOLD}" in output
     assert "Ambient, wind" in output

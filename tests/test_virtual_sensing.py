@@ -212,7 +212,7 @@ def test_predicting_an_ambient_record_shows_its_scores_beside_those_of_forecasts
 ) -> None:
     """In the command and in Python alike, over a part of a record that is seen as a whole; 1e-5: single precision."""
     folder, dataset = windy
-    options = ["--dataset", str(folder / "dataset.toml"), "--record", "wind", "--start", "50", "--duration", "20"]
+    options = ["--dataset", str(folder / "dataset.toml"), "--recording", "wind", "--start", "50", "--duration", "20"]
     result = CliRunner().invoke(app, [str(folder / "run"), "--out", str(tmp_path), *options])
     assert result.exit_code == 0, result.output
     trained = load_trained(folder / "run")
@@ -230,9 +230,11 @@ def test_predicting_an_ambient_record_shows_its_scores_beside_those_of_forecasts
 
 def test_beyond_an_ambient_record_nothing_is_estimated(windy: tuple[Path, Dataset], tmp_path: Path) -> None:
     folder, dataset = windy
-    options = ["--dataset", str(folder / "dataset.toml"), "--record", "wind", "--duration", "300"]
+    options = ["--dataset", str(folder / "dataset.toml"), "--recording", "wind", "--duration", "300"]
     result = CliRunner().invoke(app, [str(folder / "run"), "--out", str(tmp_path), *options])
     assert result.exit_code == 2
-    assert "record wind, which is taken as ambient vibration, has 199.5 s left; give --duration 199.5" in result.output
+    assert (
+        "recording wind, which is taken as ambient vibration, has 199.5 s left; give --duration 199.5" in result.output
+    )
     with pytest.raises(InputError, match=r"expected up to 199.5 s"):
         hybrid.predict(load_trained(folder / "run"), dataset.recordings[-1], duration=300.0)

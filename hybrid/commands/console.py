@@ -1,4 +1,8 @@
-"""What all commands share: how their applications are set up, how they end on bad input, and what --quiet leaves."""
+"""What all commands share: how their applications are set up, how they end on bad input, and what --quiet leaves.
+
+What belongs to a result is printed on stdout as sentences: "Note: ...", "Warning: ...". What happens to the command is
+printed on stderr in a line that begins with a small letter: "note: ", "warning: ", "error: ".
+"""
 
 import os
 import sys

@@ -18,14 +18,15 @@ Hybrid = Annotated[
         "--hybrid", help="Also train the hybrid model on the nominal and on the extended structure; takes minutes."
     ),
 ]
-Modes = Annotated[
+ByModes = Annotated[
     bool,
     typer.Option(
-        "--modes",
+        "--by-modes",
         help="Go by natural frequencies, damping ratios, mode shapes and motion in any case: for a structure that may"
         " be far from its drawing. Without it a first look at the modes decides.",
     ),
 ]
+OlderByModes = Annotated[bool, typer.Option("--modes", hidden=True)]  # a number of modes in other commands
 Jobs = Annotated[
     int | None,
     typer.Option(
@@ -46,7 +47,8 @@ def diagnose(
     dataset: Datasets,
     out: Out,
     hybrid: Hybrid = False,
-    modes: Modes = False,
+    by_modes: ByModes = False,
+    modes: OlderByModes = False,
     jobs: Jobs = None,
     scheduler: Scheduler = None,
     quiet: Quiet = False,
@@ -83,7 +85,7 @@ def diagnose(
     from hybrid.fleet.datasets import is_fleet
     from hybrid.fleet.diagnosed_file import Options
 
-    options = Options(hybrid, modes)
+    options = Options(hybrid, by_modes or modes)
     with command_line(quiet) as result:
         if is_fleet(dataset):
             from hybrid.commands.fleet import diagnose_fleet

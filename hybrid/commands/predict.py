@@ -15,10 +15,11 @@ if TYPE_CHECKING:
 
 Run = Annotated[Path, typer.Argument(help="Folder that 'hybrid-modal train' wrote.", show_default=False)]
 Out = Annotated[Path, typer.Option(help="Folder for the prediction; made where it is missing.", show_default=False)]
-Record = Annotated[str | None, typer.Option(help="Name of the record. [default: the first]")]
-Start = Annotated[float, typer.Option(min=0.0, max=1e6, help="Time (s) in the record at which to start.")]
+Recording = Annotated[str | None, typer.Option(help="Name of the recording. [default: the first]")]
+Record = Annotated[str | None, typer.Option(hidden=True)]  # the older name of --recording
+Start = Annotated[float, typer.Option(min=0.0, max=1e6, help="Time (s) in the recording at which to start.")]
 Whole = Annotated[
-    bool, typer.Option("--whole", help="Use all samples of the record over the duration, not the first alone.")
+    bool, typer.Option("--whole", help="Use all samples of the recording over the duration, not the first alone.")
 ]
 Initial = Annotated[
     Path | None,
@@ -33,7 +34,8 @@ Duration = Annotated[float, typer.Option(min=0.0, max=1e4, help="Length of the p
 def predict(
     run: Run,
     out: Out,
-    dataset: Annotated[Path | None, typer.Option(help="Dataset with the record to start from.")] = None,
+    dataset: Annotated[Path | None, typer.Option(help="Dataset with the recording to start from.")] = None,
+    recording: Recording = None,
     record: Record = None,
     start: Start = 0.0,
     whole: Whole = False,
@@ -44,17 +46,17 @@ def predict(
 ) -> None:
     """Predict the motion of the whole structure with a trained hybrid model.
 
-    Start either from a record, of which the first samples are read, or from a state of your own, given at as many nodes
-    as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the same
-    start), and channels.csv (what the sensors would read and, from a record, its standard deviation); 'hybrid-modal
-    render OUT' draws it. metrics.json of RUN says how often tests stayed within 1.645 standard deviations, which
-    should be nine times in ten.
+    Start either from a recording, of which the first samples are read, or from a state of your own, given at as many
+    nodes as you like. OUT then holds prediction.npz (displacement of all nodes over time, hybrid and FE model from the
+    same start), and channels.csv (what the sensors would read and, from a recording, its standard deviation);
+    'hybrid-modal render OUT' draws it. metrics.json of RUN says how often tests stayed within 1.645 standard
+    deviations, which should be nine times in ten.
 
-    Known loads and base motion of the record drive the forecast, as far as they are known. Of a record with excitation
-    = "ambient", or of which nothing is said and that does not die away, the motion is estimated from all its samples,
-    under unknown forces, with its standard deviation, and scored on the held-out sensors.
+    Known loads and base motion of the recording drive the forecast, as far as they are known. Of a recording with
+    excitation = "ambient", or of which nothing is said and that does not die away, the motion is estimated from all its
+    samples, under unknown forces, with its standard deviation, and scored on the held-out sensors.
 
-    With --whole the motion is reconstructed instead, from all samples of the record: virtual sensing. That takes a
+    With --whole the motion is reconstructed instead, from all samples of the recording: virtual sensing. That takes a
     model which solves for its states (hybrid-modal train --preset places).
 
     \b
@@ -78,7 +80,7 @@ def predict(
         if data is None:
             found = from_state(checkpoint, Path(str(initial)), samples)
         else:
-            found = from_record(checkpoint, data, record, start, samples, whole)
+            found = from_record(checkpoint, data, recording or record, start, samples, whole)
         with prediction_in(out).replacing() as new:
             save_run_model(whole_run.model, checkpoint.origin.modal, new)
             save_prediction(prediction_of(found.hybrid, found.fe, checkpoint.origin, found.fe_initial), new)
@@ -101,7 +103,7 @@ def _checked(run: Path, out: Path, dataset: Path | None, initial: Path | None, d
     from hybrid.training.session import check_device
 
     if (dataset is None) == (initial is None):
-        raise InputError("give either --dataset, to start from a record, or --initial, to start from a state")
+        raise InputError("give either --dataset, to start from a recording, or --initial, to start from a state")
     read, faults = [path for path in (run / CHECKPOINT, dataset, initial) if path is not None], list[str]()
     noting(faults, "--out", prediction_in(out).check, [*run_files(run), *files_read(*read)])
     noting(faults, "", check_device, device)
@@ -122,7 +124,7 @@ def _samples(duration: float, checkpoint: "Checkpoint") -> int:
 
 
 def _beside(found: "PredictedMotion", metrics: dict[str, Any]) -> list[str]:
-    """Return what is known of how good a prediction from a record is, in lines."""
+    """Return what is known of how good a prediction from a recording is, in lines."""
     from hybrid.training.sensing import beside_forecasts, describe_sensing
     from hybrid.training.summary import band_warning
 

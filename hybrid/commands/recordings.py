@@ -92,7 +92,10 @@ def _paper_chain(given: RecordingOptions, seed: int) -> Callable[[], Dataset]:
         "noise",
         "gravity",
     )
-    because = "four_dof gives the paper's data; for others build its structure.toml instead"
+    because = (
+        "four_dof gives the paper's data; for others run 'hybrid-modal build four_dof --out FOLDER', then simulate"
+        " FOLDER/structure.toml"
+    )
     raise_faults(given.useless(*useless, because=because))
     rng = np.random.RandomState(seed)  # the legacy generator of the paper's data
     modal = load_modal_model(given.modal_model, structure_dofs(four_dof())) if given.modal_model else None

@@ -28,6 +28,15 @@ def simulate(
     paper (its own numbers with seed 0, 1000 motions).
 
     \b
+    Options that go with some structures only:
+      four_dof          --realisations, --cubic-stiffness, --modal-model; none of those below
+      other chains      --realisations, --step
+      frames            --pull, --step, --gravity
+      matrices          --pull
+      all but four_dof  --sensor, --duration, --sampling-rate, --lowpass, --noise, --base (with which no --pull,
+                        --duration, --step, --gravity or --realisations go)
+
+    \b
     Examples:
       hybrid-modal simulate bridge --out runs/data --pull 19:y:-9.81 --pull 9:y:-5+21:y:-5
       hybrid-modal simulate four_dof --out runs/four_dof --cubic-stiffness 1

@@ -29,6 +29,18 @@ def summary_of(found: Answer) -> str:
     return modal_report.modal_summary(found) if isinstance(found, ModalDiagnosis) else report.summary(found)
 
 
+def measure_of_left(found: Answer) -> str:
+    """Return of what a share is left unexplained, in a standard term."""
+    return modal_report.measure_of_left(found) if isinstance(found, ModalDiagnosis) else report.ERROR_ENERGY
+
+
+def measure_of_explained(found: Answer) -> str:
+    """Return of what each finding explains a share, in standard terms."""
+    if isinstance(found, ModalDiagnosis):
+        return f"{modal_report.MISFIT}, or, of a force law, {modal_report.DISCREPANCY_ENERGY}"
+    return report.ERROR_ENERGY
+
+
 def headline_of(found: Answer) -> str:
     """Return the answer in one sentence."""
     return modal_report.HEADLINES[found.verdict] if isinstance(found, ModalDiagnosis) else report.headline(found)

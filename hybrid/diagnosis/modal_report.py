@@ -5,20 +5,24 @@ from typing import Any
 
 import numpy as np
 
-from hybrid.diagnosis.config import REPORT
+from fe_models.causes.force_law import ForceLaw
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
+from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.report import (
+    ERROR_ENERGY,
     calibration_table,
+    explained_in_words,
+    finding_lines,
     finding_table,
     hybrid_lines,
+    left_lines,
     next_lines,
     next_table,
-    rival_words,
     score_lines,
     with_gain,
 )
@@ -33,6 +37,12 @@ HEADLINES = {
 BY_MODES = "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for"
 BY_LISTED_MODES = f"{BY_MODES}, and no forecasts were made"
 BY_MODES_AND_MOTION = "by modes and motion: drifts and harmonic forces were not looked for"
+MISFIT = "the modes' misfit (chi-square)"
+DISCREPANCY_ENERGY = "the energy of the motion's discrepancy"  # from that of a structure with constant values
+GAIN = (
+    "In the recordings where it acts, it removes {gain:.0%} of the forecast error's energy beyond noise (each is"
+    " forecast from its first fifth, by a model that was fitted to the others)"
+)
 DRAWN_COLOUR, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
 
@@ -79,25 +89,34 @@ def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
     """Return the answer in lines: what is named with its rivals, states, forecasts, notes."""
     lines = [HEADLINES[found.verdict]]
     for finding in found.findings:
-        lines.append(f"- {finding.sentence}")
-        explains = f"; explains {finding.explains:.0%} of the misfit" if finding.explains else ""
-        lines.append(f"  Probability {finding.probability:.2f}{explains}.")
-        if finding.gain is not None:
-            share = f"{finding.gain:.0%} of what forecasts get wrong there beyond noise"
-            lines.append(f"  Takes away {share}, each from its first fifth.")
-        rivals = finding.alternatives[: REPORT.max_rivals_listed]
-        lines += [f"  Cannot be ruled out: {rival_words(item)} ({item.probability:.2f})." for item in rivals]
+        lines += finding_lines(finding, _explained(finding), *_gained(finding))
     lines += next_lines(found.next_measurement)
     if len(found.states) > 1:
         lines.append(f"The recordings show {len(found.states)} states of the structure:")
         lines += [f"- {', '.join(state.recordings)}" for state in found.states]
-    lines.append(f"Misfit left of the drawn structure's modes: {found.unexplained:.1%}.")
-    if found.noise_floor is not None:
-        lines += score_lines(found.scores, found.noise_floor, bool(found.findings))
+    lines += left_lines(found.unexplained, measure_of_left(found))
+    if found.forecasts is not None:
+        lines += score_lines(found.scores, found.forecasts.floor, found.forecasts.tolerance, bool(found.findings))
     if gain is not None:
         lines += hybrid_lines(gain)
     notes = (scope_of(found), *found.notes, *(gain.notes if gain else ()))
     return "\n".join([*lines, *(f"Note: {note}." for note in notes)])
+
+
+def _explained(finding: Finding) -> str:
+    measure = DISCREPANCY_ENERGY if isinstance(finding.cause, ForceLaw) else MISFIT
+    return explained_in_words(finding.explains, measure) if finding.explains else ""
+
+
+def _gained(finding: Finding) -> list[str]:
+    """Return what a change takes away where it acts, by forecasts of each recording that the others do not fit."""
+    return [] if finding.gain is None else [GAIN.format(gain=finding.gain)]
+
+
+def measure_of_left(found: ModalDiagnosis) -> str:
+    """Return of what a share is left: where forecasts reach the noise, they tell better what is than modes do."""
+    by_forecasts = found.forecasts is not None and found.unexplained == found.forecasts.unexplained
+    return ERROR_ENERGY if by_forecasts else MISFIT
 
 
 def scope_of(found: ModalDiagnosis) -> str:

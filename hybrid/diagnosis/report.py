@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from typing import Any
 
-from fe_models.causes.wording import at_place
+from fe_models.causes.wording import at_place, kind_words
 from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.config import REPORT
 from hybrid.diagnosis.learned.gain import Gain, Trained
@@ -13,6 +13,7 @@ from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 
 HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong: calibrated within its uncertainty, the simulation forecasts {reach}.",
@@ -30,6 +31,9 @@ REMAINDERS = {
     OTHER_CAUSES: "Other causes, each less probable, or several at once",
     NOT_ON_THE_LIST: "Something that is not on the list of causes",
 }
+ERROR_ENERGY = "the forecast error's energy beyond noise"
+# The floor is estimated, and a forecast may be below it:
+AT_FLOOR, NOT_AT_FLOOR = ", at the noise floor (about {floor:.4f})", ", above the noise floor (about {floor:.4f})"
 FORECAST_AT_NOISE = "as well as the noise lets it"
 FORECAST_WITHIN_TOLERANCE = "to within the stated tolerance, {tolerance:.0%} of the noise floor"
 FORECAST_NEAR_NOISE = "nearly as well as the noise lets it, and leaves nothing but noise of the training recordings"
@@ -95,7 +99,7 @@ def next_lines(then: NextMeasurement | None) -> list[str]:
 def _explained(finding: Finding) -> str:
     if finding.explains < REPORT.min_explained_share:
         return "recordings for training show it, those for testing hardly"
-    return f"explains {finding.explains:.0%} of what was wrong"
+    return explained_in_words(finding.explains, ERROR_ENERGY)
 
 
 def calibration_table(calibration: Iterable[Calibrated]) -> list[dict[str, Any]]:
@@ -138,29 +142,55 @@ def summary(diagnosis: Diagnosis, gain: Gain | None = None) -> str:
     """Return the answer: headline, findings with their rivals, forecasts before and after, notes."""
     lines = [headline(diagnosis)]
     for finding in diagnosis.findings:
-        lines.append(f"- {finding.sentence}")
-        lines.append(f"  {_probability(finding)}; {_explained(finding)}.")
-        lines += _rival_lines(finding)
+        lines += finding_lines(finding, _explained(finding))
     lines += next_lines(diagnosis.next_measurement)
-    rest = f"; left unexplained {diagnosis.unexplained:.1%}" if diagnosis.findings else ""
-    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, bool(diagnosis.findings), rest)
+    lines += left_lines(diagnosis.unexplained, ERROR_ENERGY) if diagnosis.findings else []
+    lines += score_lines(diagnosis.scores, diagnosis.noise_floor, diagnosis.tolerance, bool(diagnosis.findings))
     if gain is not None:
         lines += hybrid_lines(gain)
     lines += [f"Note: {note}." for note in (*diagnosis.notes, *(gain.notes if gain else ()))]
     return "\n".join(lines)
 
 
-def score_lines(scores: dict[str, dict[str, float | None]], floor: float, is_named: bool, rest: str = "") -> list[str]:
-    """Return the forecasts before and after in words, and what is left, the ``rest``."""
+def finding_lines(finding: Finding, explained: str, *facts: str) -> list[str]:
+    """Return a finding in lines: what is wrong, how probable that is, what is ``explained``, where anything is, further
+    ``facts``, and its rivals.
+    """
+    first = f"{_probability(finding)}; {explained}" if explained else _probability(finding)
+    return [f"- {finding.sentence}", *(f"  {fact}." for fact in (first, *facts)), *_rival_lines(finding)]
+
+
+def explained_in_words(share: float, measure: str) -> str:
+    """Return which ``share`` of a ``measure`` of what is wrong a finding explains."""
+    return f"explains {share:.0%} of {measure}"
+
+
+def left_lines(share: float, measure: str) -> list[str]:
+    """Return which ``share`` of a ``measure`` of what was wrong the findings leave, in a line."""
+    return [f"Left unexplained: {share:.1%} of {measure}."]
+
+
+def score_lines(
+    scores: dict[str, dict[str, float | None]], floor: float, tolerance: float, is_named: bool
+) -> list[str]:
+    """Return the forecasts before and after in words, with the noise ``floor`` that the second may reach within the
+    ``tolerance``.
+    """
     base, extended = scores["baseline"], scores["extended"]
     after = "after" if is_named else "without a named cause"
+    reached = AT_FLOOR if is_at_floor(extended["measured"], floor, tolerance) else NOT_AT_FLOOR
     lines = [
-        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}, noise floor"
-        f" {floor:.4f}{rest}."
+        f"Forecast NRMSE: {base['measured']:.4f} before, {extended['measured']:.4f} {after}"
+        f"{reached.format(floor=floor)}."
     ]
     if base["held_out"] is not None:
         lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
     return lines
+
+
+def is_at_floor(error: float | None, floor: float, tolerance: float) -> bool:
+    """Return whether a forecast's ``error`` counts as reaching the noise floor."""
+    return error is not None and error <= (1 + tolerance) * floor
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -179,9 +209,9 @@ def headline(diagnosis: Diagnosis) -> str:
 def _reach(diagnosis: Diagnosis) -> str:
     """Return how near to the noise floor forecasts come, in words."""
     error, floor = diagnosis.scores["extended"]["measured"], diagnosis.noise_floor
-    if error is None or error <= (1 + TOLERANCE) * floor:
+    if error is None or is_at_floor(error, floor, TOLERANCE):
         return FORECAST_AT_NOISE
-    if error <= (1 + diagnosis.tolerance) * floor:
+    if is_at_floor(error, floor, diagnosis.tolerance):
         return FORECAST_WITHIN_TOLERANCE.format(tolerance=diagnosis.tolerance)
     return FORECAST_NEAR_NOISE
 
@@ -190,13 +220,14 @@ def _probability(finding: Finding) -> str:
     """Return how probable a finding is; where it may be of its kind elsewhere, that of the kind, and the places."""
     same = [item for item in finding.alternatives if item.kind == finding.cause.kind]
     if not same:
-        return f"Probability {finding.probability:.2f}"
-    places = [f"{at_place(item.location)} ({item.probability:.2f})" for item in same[: REPORT.max_places_listed]]
+        return f"Probability {two_decimals(finding.probability)}"
+    listed = same[: REPORT.max_places_listed]
+    places = [f"{at_place(item.location)} ({two_decimals(item.probability)})" for item in listed]
     more = len(same) - len(places)
     others = ", ".join(places) + (f" and {more} more places" if more else "")
     return (
-        f"Probability {finding.probability:.2f} at this place, {finding.probability_of_kind:.2f} that it is a"
-        f" {finding.cause.kind} here or {others}"
+        f"Probability {two_decimals(finding.probability)} at this place,"
+        f" {two_decimals(finding.probability_of_kind)} of its kind ({kind_words(finding.cause.kind)}), here or {others}"
     )
 
 
@@ -204,13 +235,13 @@ def _rival_lines(finding: Finding) -> list[str]:
     """Return a line on each of the first rivals of another kind, one on the others, and those on what is left."""
     rivals = [item for item in finding.alternatives if not item.is_remainder and item.kind != finding.cause.kind]
     lines = [
-        f"  These sensors cannot rule out: {rival_words(item)} ({item.probability:.2f})."
+        f"  Cannot be ruled out: {rival_words(item)} ({two_decimals(item.probability)})."
         for item in rivals[: REPORT.max_rivals_listed]
     ]
     if len(rivals) > REPORT.max_rivals_listed:
         lines.append(f"  And {len(rivals) - REPORT.max_rivals_listed} more.")
     rest = [item for item in finding.alternatives if item.is_remainder]
-    return lines + [f"  {rival_words(item)}: {item.probability:.2f}." for item in rest]
+    return lines + [f"  {rival_words(item)}: {two_decimals(item.probability)}." for item in rest]
 
 
 def rival_words(rival: Alternative) -> str:
@@ -218,7 +249,7 @@ def rival_words(rival: Alternative) -> str:
     if rival.is_remainder:
         return REMAINDERS[rival.kind]
     sizes = "".join(f", {word} {in_words(item)}" for word, item in rival.parameters.items())
-    return f"{rival.kind} {at_place(rival.location)}{sizes}"
+    return f"{kind_words(rival.kind)} {at_place(rival.location)}{sizes}"
 
 
 def hybrid_lines(gain: Gain) -> list[str]:
@@ -230,7 +261,7 @@ def hybrid_lines(gain: Gain) -> list[str]:
         apart = "" if trained.held_out is None else f", held-out {trained.held_out:.4f}"
         lines.append(f"Hybrid model on the {name} structure: NRMSE {trained.measured:.4f}{apart}.")
         for place in trained.places[: REPORT.max_learned_places_listed]:
-            laws = ", ".join(f"{word} {part:.0%}" for word, part in list(place.laws.items())[:3])
+            laws = ", ".join(f"{kind_words(word)} {part:.0%}" for word, part in list(place.laws.items())[:3])
             lines.append(
                 f"  learned {at_place(place.location)}: {place.share:.0%} of it; of that explain {laws};"
                 f" {place.rest:.0%} nothing"

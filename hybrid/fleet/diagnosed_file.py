@@ -19,15 +19,15 @@ HYBRID_OF_MODES = "training needs recordings, and the dataset has only modes; le
 
 @dataclass(frozen=True)
 class Options:
-    """What a diagnosis does besides: also train hybrid models (``hybrid``), go by ``modes`` in any case."""
+    """What a diagnosis does besides: also train hybrid models (``hybrid``), go ``by_modes`` in any case."""
 
     hybrid: bool = False
-    modes: bool = False
+    by_modes: bool = False
 
     @property
     def words(self) -> list[str]:
         """The options as on a command line."""
-        return ["--hybrid"] * self.hybrid + ["--modes"] * self.modes
+        return ["--hybrid"] * self.hybrid + ["--by-modes"] * self.by_modes
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def diagnosed_file(
         from hybrid.diagnosis.track_record.trust import trust_in
     say(before_it_begins(data))
     with stage_bar(STAGE_NAMES) as begin:
-        found = diagnose_modes(data, begin) if options.modes else diagnosis.diagnose(data, begin)
+        found = diagnose_modes(data, begin) if options.by_modes else diagnosis.diagnose(data, begin)
     trust = trust_in(data, found)
     say(save_diagnosis(found, out, trust))  # now: the training below takes minutes
     gain = _learned(data, found) if options.hybrid else None

@@ -10,10 +10,11 @@ from urllib.parse import quote
 
 from fe_models.files.atomic import write_json, write_text
 from fe_models.files.result_set import ResultSet
+from hybrid.diagnosis.probability import per_cent, two_decimals
 from hybrid.fleet.rows import Row
 from hybrid.report.page import Block, Bullets, Cell, Page, Paragraph, Section, Table, Tone
 from hybrid.report.rendering import rendered
-from hybrid.report.values import NOTHING, fixed, number, percentage, probability, typeset
+from hybrid.report.values import NOTHING, fixed, number, percentage, typeset
 from hybrid.result_sets import PAGE
 
 FLEET_PAGE, FLEET_TABLE = "fleet.html", "fleet.json"
@@ -122,7 +123,7 @@ def _cells(name: str, row: Row | None) -> tuple[Cell, ...]:
         Cell(name, href=f"{quote(name)}/{PAGE}"),
         Cell(told.words),
         Cell(told.sentence),
-        empty if told.probability is None else Cell(probability(told.probability), told.probability),
+        empty if told.probability is None else Cell(per_cent(told.probability), told.probability),
         fixed(told.before, 4),
         fixed(told.after, 4),
         empty if row.gain is None else Cell(_gain(row.gain), row.gain),
@@ -159,5 +160,5 @@ def _line(row: Row | None) -> tuple[str, str, str]:
         return "", "", NOT_YET.lower()
     if row.told is None:
         return "", "", f"error: {'; '.join(row.faults)}"
-    sure = "" if row.told.probability is None else f"{row.told.probability:.2f}"
+    sure = "" if row.told.probability is None else two_decimals(row.told.probability)
     return sure, "" if row.gain is None else f"{100 * row.gain:.0f} %", row.told.sentence

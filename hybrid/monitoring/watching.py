@@ -168,7 +168,7 @@ def modes_of(dataset: Dataset) -> tuple[SeenMode, ...]:
 
 def diagnose_change(file: Path, folder: Path) -> None:
     """Diagnose what changed between the recordings of a dataset ``file``, by modes; leave the report in ``folder``."""
-    options = Options(modes=True)
+    options = Options(by_modes=True)
     diagnosed_file(file, folder, options, ["hybrid-modal", "diagnose", str(file), "--out", str(folder), *options.words])
 
 

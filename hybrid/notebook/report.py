@@ -13,6 +13,7 @@ from hybrid.diagnosis.answer import Answer, headline_of, summary_of
 from hybrid.diagnosis.outcome.extend_matrices import ExtendedMatrices
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.report import next_lines, rival_words
 from hybrid.diagnosis.report_files import report_content, save_diagnosis
 from hybrid.diagnosis.track_record.trust import Trust, trust_in
@@ -21,10 +22,13 @@ from hybrid.result_sets import diagnosis_in
 
 @dataclass(frozen=True, repr=False)
 class Report:
-    """What `hybrid.diagnose` returns of a ``dataset``; the ``diagnosis`` holds all that it is made of."""
+    """What `hybrid.diagnose` returns of a ``dataset``; the ``diagnosis`` holds all that it is made of; ``by_modes``:
+    whether that was asked for.
+    """
 
     diagnosis: Answer
     dataset: Dataset
+    by_modes: bool = False
 
     @property
     def verdict(self) -> Verdict:
@@ -83,7 +87,8 @@ class Report:
         from hybrid.report.seen import seen_in
 
         seen = seen_in(self.dataset, self.diagnosis)
-        source = in_python("hybrid.diagnose(design, data)", SEED, self.diagnosis.seconds)
+        call = f"hybrid.diagnose(design, data{', by_modes=True' if self.by_modes else ''})"
+        source = in_python(call, SEED, self.diagnosis.seconds)
         write_text(Path(path), rendered(diagnosis_page(self.diagnosis, self.dataset, seen, source)))
         return Path(path)
 
@@ -98,8 +103,8 @@ class Report:
 
 
 def _row(finding: Finding) -> tuple[str, str, str, str]:
-    rivals = "; ".join(f"{rival_words(item)} ({item.probability:.2f})" for item in finding.alternatives)
-    return finding.sentence, f"{finding.probability:.2f}", f"{finding.explains:.0%}", rivals or "-"
+    rivals = "; ".join(f"{rival_words(item)} ({two_decimals(item.probability)})" for item in finding.alternatives)
+    return finding.sentence, two_decimals(finding.probability), f"{finding.explains:.0%}", rivals or "-"
 
 
 def _score(score: float | None) -> str:

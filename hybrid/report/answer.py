@@ -7,8 +7,9 @@ from hybrid.diagnosis.config import REPORT, SEARCH_CHOICE
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import per_cent
 from hybrid.report.page import Tone
-from hybrid.report.values import of_parameter, percentage, probability, sentence, typeset
+from hybrid.report.values import of_parameter, percentage, sentence, typeset
 from hybrid.result_sets import EXTENDED
 
 VERDICTS = {
@@ -43,7 +44,7 @@ def sentence_of(found: Answer, dataset: Dataset) -> str:
     if not found.findings:
         return headline_of(found)
     first = found.findings[0]
-    told = f"{_said(first, dataset)} (probability: {probability(first.probability)})."
+    told = f"{_said(first, dataset)} (probability: {per_cent(first.probability)})."
     if first.probability < REPORT.min_named_probability:
         told = f"Likeliest of several causes: {_within(told)}"
     elif first.probability < SEARCH_CHOICE.sure_probability:
@@ -98,7 +99,7 @@ def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:
     facts = list[tuple[str, str]]()
     if found.findings:
         name = "probability" if len(found.findings) == 1 else "probability of the first"
-        facts.append((name, probability(found.findings[0].probability)))
+        facts.append((name, per_cent(found.findings[0].probability)))
     before, after = (found.scores[name]["measured"] for name in ("baseline", "extended"))
     if before is not None and after is not None:
         name = "forecast error, before → after" if found.findings else "forecast error, as drawn → calibrated"
@@ -106,13 +107,8 @@ def facts_of(found: Answer) -> tuple[tuple[str, str], ...]:
     if found.noise_floor is not None:
         facts.append(("noise floor", f"{found.noise_floor:.4f}"))
     if found.findings:
-        facts.append((left_of(found), percentage(found.unexplained)))
+        facts.append(("left unexplained", percentage(found.unexplained)))
     return tuple(facts)
-
-
-def left_of(found: Answer) -> str:
-    """Return of what a share is left unexplained."""
-    return "left of what modes get wrong" if isinstance(found, ModalDiagnosis) else "left of what was wrong"
 
 
 def next_steps(found: Answer) -> tuple[str, ...]:

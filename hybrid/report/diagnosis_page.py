@@ -19,7 +19,10 @@ from hybrid.report.seen import Seen, seen_in
 from hybrid.report.unknown_section import what_is_not_known
 from hybrid.report.where import where
 
-SEED = "fixed seeds: the same inputs give the same answer"
+SEED = (
+    "starting values, orders of recordings and data of possible measurements are drawn from the same seeds in every run,"
+    " so that the same inputs give the same answer"
+)
 
 
 def diagnosis_page(

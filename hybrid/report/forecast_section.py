@@ -8,6 +8,7 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.observed.example import Example, draw_example
 from hybrid.diagnosis.outcome.verdict import NEAR
+from hybrid.diagnosis.report import is_at_floor
 from hybrid.report.drawings import drawn
 from hybrid.report.page import Block, Cell, Paragraph, Section, Table
 from hybrid.report.values import fixed
@@ -18,10 +19,12 @@ NO_FORECASTS = (
 )
 HOW = (
     "A forecast goes on from the first fifth of a recording; its error is taken over the rest. NRMSE: root mean square"
-    " of the error over the channel's range, mean over channels. A perfect model would reach the noise floor."
+    " of the error over the channel's range, mean over channels. The noise floor is an estimate of a perfect"
+    " model's error; a forecast may lie below it."
 )
 TESTED = "Recordings that were kept for testing, and never fitted, are forecast: {names}."
 NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something is left, see “What is not known”."
+REACHED = "The error is at the noise floor: a perfect model would forecast no better."
 PART = "; on the right the part where they differ most"
 IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
 
@@ -35,7 +38,9 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
     which = TESTED.format(names=_listed(tests)) if tests else IN_TURN
     blocks: list[Block] = [Paragraph(f"{which} {HOW}"), _scores(found, gain)]
     error = found.scores["extended"]["measured"]
-    if error is not None and error > NEAR * found.noise_floor:
+    if is_at_floor(error, found.noise_floor, dataset.assumptions.tolerance):
+        blocks.append(Paragraph(REACHED))
+    elif error is not None and error > NEAR * found.noise_floor:
         blocks.append(Paragraph(NOT_REACHED.format(ratio=error / found.noise_floor)))
     example, after = found.example, "with what was found" if found.findings else "calibrated"
     blocks.append(

@@ -9,8 +9,9 @@ from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.modes_and_motion.considered import MAX_TOLD, ConsideredHypothesis
+from hybrid.diagnosis.probability import per_cent
 from hybrid.report.page import Block, Cell, Paragraph, Table
-from hybrid.report.values import number, probability, share
+from hybrid.report.values import number, share
 
 COMPETED = "Competed, each at all its places: {kinds}."
 NONE_REJECTED = "None but those that are named has a probability worth a line."
@@ -46,7 +47,7 @@ def _by_series(posterior: Posterior) -> list[Table]:
     fits = list(zip(posterior.fits, posterior.probability.tolist(), strict=True))
     nothing = [pair for pair in fits[MAX_TOLD:] if not pair[0].hypothesis.candidates]
     rows = tuple(
-        (Cell(_claim(fit)), Cell(probability(own), own), number(fit.chi2 / max(fit.values, 1.0)))
+        (Cell(_claim(fit)), Cell(per_cent(own), own), number(fit.chi2 / max(fit.values, 1.0)))
         for fit, own in [*fits[:MAX_TOLD], *nothing]
     )
     caption = f"The likeliest of {len(fits)} hypotheses that were fitted to the end."
@@ -74,7 +75,7 @@ def _considered(caption: str, some: Sequence[ConsideredHypothesis], note: str, i
     rows = tuple(
         (
             Cell(own.words),
-            Cell(probability(own.probability), own.probability),
+            Cell(per_cent(own.probability), own.probability),
             share(own.leaves) if is_share else number(own.leaves),
         )
         for own in some

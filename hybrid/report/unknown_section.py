@@ -7,14 +7,14 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.causes.wording import kind_words, place_words
 from fe_models.spectra import line_frequencies, power_spectrum
-from hybrid.diagnosis.answer import Answer
+from hybrid.diagnosis.answer import Answer, measure_of_left
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.probability import per_cent
 from hybrid.diagnosis.report import REMAINDERS
-from hybrid.report.answer import left_of
 from hybrid.report.page import Block, Bullets, Cell, Heading, Paragraph, Section, Table
-from hybrid.report.values import NOTHING, of_parameter, percentage, probability, sentence, share
+from hybrid.report.values import NOTHING, of_parameter, percentage, sentence, share
 
 PARTS_OF_TIME = 5
 NO_RIVALS = "No other cause on the list has a probability worth a line."
@@ -41,8 +41,7 @@ def what_is_not_known(found: Answer) -> Section:
         blocks += _next(found.next_measurement)
     blocks.append(Heading("What is left unexplained"))
     if found.findings:
-        what = left_of(found).removeprefix("left of ")
-        blocks.append(Paragraph(f"Left of {what}, in energy: {percentage(found.unexplained)}."))
+        blocks.append(Paragraph(sentence(f"{percentage(found.unexplained)} of {measure_of_left(found)}")))
     if found.example is not None:
         blocks += [_by_channel(found.example), _by_mode(found.example), _by_time(found.example)]
     return Section("unknown", "What is not known", tuple(blocks))
@@ -56,11 +55,11 @@ def _next(then: NextMeasurement) -> list[Block]:
             (
                 Cell(option.measurement.title),
                 Cell(f"{option.information:.2f}", option.information),
-                Cell(probability(option.probability), option.probability),
+                Cell(per_cent(option.probability), option.probability),
             )
             for option in then.options
         )
-        caption = f"What is expected of each; now {probability(then.now)}."
+        caption = f"What is expected of each; now {per_cent(then.now)}."
         columns = ("measurement", "information (bits)", "probability of the right cause")
         blocks.append(Table(caption, columns, rows, EXPECTED))
     return blocks + ([Paragraph(sentence(then.sentences[-1]))] if then.options and then.open else [])
@@ -72,9 +71,9 @@ def _rivals(number: int, finding: Finding) -> Table:
         sizes = "; ".join(f"{word} {of_parameter(own)}" for word, own in item.parameters.items())
         words = (kind_words(item.kind), place_words(item.location))
         words = (REMAINDERS[item.kind], NOTHING) if item.is_remainder else words
-        rows.append((*map(Cell, words), Cell(sizes or NOTHING), Cell(probability(item.probability), item.probability)))
+        rows.append((*map(Cell, words), Cell(sizes or NOTHING), Cell(per_cent(item.probability), item.probability)))
     what = f"{kind_words(finding.cause.kind)}, {place_words(finding.cause.location)}"
-    caption = f"In the place of finding {number} ({what}, {probability(finding.probability)})."
+    caption = f"In the place of finding {number} ({what}, {per_cent(finding.probability)})."
     return Table(caption, ("cause", "place", "size", "probability"), tuple(rows))
 
 

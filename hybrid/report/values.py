@@ -11,7 +11,6 @@ from hybrid.report.page import Cell
 NOTHING = "–"
 PLUS_MINUS = "\u00a0±\u00a0"  # where no line breaks
 PLAIN = (-4, 5)  # powers of ten between which a value is written without one
-SUREST = 0.999  # no probability is said to be more
 KIND = re.compile(rf"\b(?:{'|'.join(kind for kind in CAUSES if '_' in kind)})\b")
 SIGNS = {"+-": "±", "^2": "²", "^3": "³"}
 
@@ -57,13 +56,6 @@ def superscript(power: int) -> str:
 def of_parameter(item: Parameter) -> str:
     """Return a parameter of a cause with its uncertainty."""
     return measured(item.value, item.std, item.unit)
-
-
-def probability(value: float) -> str:
-    """Return a probability in per cent, never as certain."""
-    if value > SUREST:
-        return "more than 99.9 %"
-    return "less than 0.1 %" if value < 1 - SUREST else f"{100 * value:.{1 if value > 0.99 or value < 0.01 else 0}f} %"
 
 
 def percentage(value: float) -> str:

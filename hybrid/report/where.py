@@ -6,12 +6,12 @@ from fe_models.causes.wording import kind_words, place_words
 from fe_models.pictures.pointers import Pointer, pointer_to
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.answer import Answer
-from hybrid.diagnosis.outcome.findings import Finding
+from hybrid.diagnosis.answer import Answer, measure_of_explained
+from hybrid.diagnosis.probability import per_cent
 from hybrid.report.answer import fitted_names
 from hybrid.report.drawings import pictured
 from hybrid.report.page import Block, Cell, Paragraph, Section, Table
-from hybrid.report.values import NOTHING, of_parameter, probability, share
+from hybrid.report.values import NOTHING, of_parameter, share
 
 WIDTHS = (1600,)  # px in which a structure is drawn: numbers on a wider one are too small on a page
 MAX_RIVALS = 5  # of a finding, on the drawing
@@ -38,7 +38,7 @@ def where(found: Answer, dataset: Dataset) -> Section:
     )
     blocks: list[Block] = [drawing]
     if found.findings:
-        blocks.append(_table(found.findings, dataset))
+        blocks.append(_table(found, dataset))
     else:
         blocks.insert(0, Paragraph(NAMES_NOTHING))
     drawn = dataset.model, dataset.sensors
@@ -70,13 +70,13 @@ def _pointers(found: Answer, dataset: Dataset) -> Iterator[Pointer]:
 
 
 def _briefly(value: float) -> str:
-    return probability(value).replace("more than ", "> ").replace("less than ", "< ")
+    return per_cent(value).replace("more than ", "> ").replace("less than ", "< ")
 
 
-def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
+def _table(found: Answer, dataset: Dataset) -> Table:
     every = fitted_names(dataset)
     rows = []
-    for number, finding in enumerate(findings, start=1):
+    for number, finding in enumerate(found.findings, start=1):
         own = list(dict.fromkeys(finding.recordings))
         acts = EVERYWHERE if every <= set(own) or not own else ", ".join(own)
         sizes = "; ".join(f"{word} {of_parameter(item)}" for word, item in finding.parameters.items())
@@ -87,11 +87,11 @@ def _table(findings: tuple[Finding, ...], dataset: Dataset) -> Table:
                 Cell(kind_words(finding.cause.kind)),
                 Cell(place_words(finding.cause.location)),
                 Cell(sizes or NOTHING),
-                Cell(probability(finding.probability), finding.probability),
+                Cell(per_cent(finding.probability), finding.probability),
                 explains,
                 Cell(acts),
             )
         )
     columns = ("No.", "cause", "place", "size", "probability", "explains", "recordings")
-    note = "Explains: the share of what the drawn structure gets wrong, in energy, that goes away with it."
+    note = f"Explains: the share that goes away with it, of {measure_of_explained(found)}."
     return Table(CAUSES, columns, tuple(rows), note)

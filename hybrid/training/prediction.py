@@ -63,7 +63,7 @@ def from_record(
         faults.append("--dataset: its sensors or sampling rate are not those that the model was trained with")
     records = {recording.name: recording for recording in data.recordings}
     if name is not None and name not in records:
-        raise InputError([*faults, f"--record {name}: the dataset has {', '.join(records)}"])
+        raise InputError([*faults, f"--recording {name}: the dataset has {', '.join(records)}"])
     data = as_moved(
         replace(data, recordings=(records[name or data.recordings[0].name],)), float(origin.modal.frequencies.min())
     )
@@ -75,16 +75,16 @@ def from_record(
         what = "--duration" if ambient else "--whole"
         taken = ", which is taken as ambient vibration," if ambient else ""
         faults.append(
-            f"{what}: record {chosen.name}{taken} has {available:g} s left; give --duration {available:g} or less"
+            f"{what}: recording {chosen.name}{taken} has {available:g} s left; give --duration {available:g} or less"
         )
     if chosen.is_driven and first + samples > end:
         available = (end - first - 1) / data.sampling_rate
         faults.append(
-            f"--duration: the forces on record {chosen.name} are known for {available:g} s more, and a forecast needs"
+            f"--duration: the forces on recording {chosen.name} are known for {available:g} s more, a forecast needs"
             f" them: give --duration {available:g} or less"
         )
     if first + seen > end:
-        faults.append(f"--start {start:g}: record {chosen.name} ends after {end / data.sampling_rate:g} s")
+        faults.append(f"--start {start:g}: recording {chosen.name} ends after {end / data.sampling_rate:g} s")
     raise_faults(faults)
     if ambient:
         return replace(_from_ambient(checkpoint, chosen, first, first + samples), notes=data.notes)

@@ -89,7 +89,7 @@ def describe_sensing(scores: dict[str, Any]) -> list[str]:
     """Return the scores of ambient recordings in plain words."""
     names = ", ".join(scores["recordings"])
     lines = [
-        f"Ambient, {names}: the motion at all nodes from all samples of the record, its forces unknown.",
+        f"Ambient, {names}: the motion at all nodes from all samples of the recording, its forces unknown.",
         f"{'':26}{'FE model':^18}{'hybrid':^18}",
         f"{'':26}{'NRMSE':>9}{'R2':>9}{'NRMSE':>9}{'R2':>9}",
         *_rows(scores["fe"], scores["hybrid"]),
@@ -97,7 +97,7 @@ def describe_sensing(scores: dict[str, Any]) -> list[str]:
     inside = scores["inside_band"]
     role = "held_out" if inside["held_out"] is not None else "measured"
     lines.append(f"{'inside the 90 % band':26}{'':18}{100 * inside[role]:7.1f} % of the {WORDS[role]}")
-    return [*lines, *(f"warning: {line}" for line in too_narrow(scores))]
+    return [*lines, *(f"Warning: {line}." for line in too_narrow(scores))]
 
 
 def too_narrow(scores: dict[str, Any]) -> list[str]:

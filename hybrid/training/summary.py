@@ -75,7 +75,7 @@ def describe(metrics: dict[str, Any]) -> str:
         inside = metrics.get("bands", {}).get(name)
         if inside:
             lines.append(f"{words:26}{'':18}{100 * inside['measured']:7.1f} % of the measured channels")
-    lines += [f"warning: {line}" for line in band_warning(metrics)]
+    lines += [f"Warning: {line}." for line in band_warning(metrics)]
     if "field" in metrics:
         field = metrics["field"]
         lines.append(f"{'displacement field (*)':26}{field['fe']:9.4f}{'':9}{field['hybrid']:9.4f}")

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
 from fe_models.causes import ModalDamping, PointDamper, SlackCable, StiffnessChange, SupportSpring
-from fe_models.causes.wording import at_place
+from fe_models.causes.wording import at_place, kind_words
 from fe_models.errors import InputError
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset
@@ -119,7 +119,7 @@ def _evidence(places: tuple[Projected, ...], findings: tuple[Finding, ...], stru
     law, part = next(iter(first.laws.items()))
     said = (
         f"what a hybrid learned on the nominal structure acts mostly {at_place(first.location)}"
-        f" ({first.share:.0%} of it), where {law} explains {part:.0%}"
+        f" ({first.share:.0%} of it), where {kind_words(law)} explains {part:.0%}"
     )
     placed = [finding for finding in findings if finding.cause.location]  # no place speaks for what is wrong everywhere
     if not placed:

@@ -9,6 +9,7 @@ from torch import Tensor
 
 from fe_models.arrays import FloatArray
 from fe_models.causes import LoadEffect, SensorDelay, SensorDrift, SensorEffect, SensorGain
+from fe_models.causes.wording import kind_words
 from fe_models.errors import raise_faults
 from fe_models.progress import nothing
 from fe_models.recordings import Dataset, Recording
@@ -46,7 +47,8 @@ def corrected(dataset: Dataset, findings: tuple[Finding, ...]) -> Dataset:
     drifts. `InputError` where a load was recorded with a fault.
     """
     raise_faults(
-        f"{finding.cause.kind} is a fault of a load as it was recorded, with which nothing is trained: correct the load"
+        f"{kind_words(finding.cause.kind)} is a fault of a load as it was recorded, with which nothing is trained:"
+        " correct the load"
         for finding in findings
         if isinstance(finding.cause, LoadEffect)
     )

@@ -25,17 +25,17 @@ MIN_MENTIONED_PROBABILITY = 0.02  # of a law that is not named
 
 
 def notes_on_modes(measured: ModalData, best: ModalFit) -> tuple[str, ...]:
-    """Return what the user should know: changes without a name, modes that are none of the structure's."""
+    """Return what the user should know: changes without a name, modes that the structure does not have."""
     notes = []
     if best.claim.changed:
         names = ", ".join(measured.recordings[recording].name for recording in best.claim.changed)
-        notes.append(f"the structure was another one in {names}, and no single cause on the list explains the change")
+        notes.append(f"the structure differed in {names}, and no single cause on the list explains the change")
     for recording, own in enumerate(measured.recordings):
         paired = set(best.pairs.measured[best.pairs.recording == recording].tolist())
         alone = [np.exp(log) / (2 * np.pi) for k, log in enumerate(own.log_omega) if k not in paired]
         if alone:
             listed = ", ".join(f"{frequency:.4g}" for frequency in sorted(alone))
-            notes.append(f"{own.name} shows modes that are none of the structure's, at {listed} Hz")
+            notes.append(f"{own.name} shows modes that the structure does not have, at {listed} Hz")
         doubted = [
             np.exp(own.log_omega[mode]) / (2 * np.pi)
             for (where, mode), factors in best.inflation.items()

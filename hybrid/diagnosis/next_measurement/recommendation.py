@@ -9,6 +9,7 @@ import numpy as np
 from hybrid.diagnosis.next_measurement.hypotheses import Cause, Rivals
 from hybrid.diagnosis.next_measurement.information import Prediction, distances, least_information, outcome
 from hybrid.diagnosis.next_measurement.measurements import Measurement
+from hybrid.diagnosis.probability import two_decimals
 
 LISTED = 3  # most informative measurements, and the best of each kind
 TELLS = 0.9  # expected probability of the right one: from there on a measurement tells hypotheses apart
@@ -49,11 +50,12 @@ class NextMeasurement:
         lines = list[str]()
         if self.options:
             best = self.options[0]
-            numbers = f"expected probability of the right one: {best.probability:.2f}; now {self.now:.2f}"
+            expected, now = two_decimals(best.probability), two_decimals(self.now)
+            numbers = f"expected probability of the right one: {expected}; now {now}"
             others = _listed([cause.words for cause in told or self.causes[1:]])
             lines.append(f"{best.measurement.words} {self._verb(best)} {first.words} from {others} ({numbers})")
             if len(self.options) > 1:
-                more = [f"{option.measurement.title} ({option.probability:.2f})" for option in self.options[1:]]
+                more = [f"{own.measurement.title} ({two_decimals(own.probability)})" for own in self.options[1:]]
                 lines.append(f"next best: {'; '.join(more)}")
         if self.open:
             which = "none of these tells" if self.options else f"no {self.considered} tells"

@@ -15,13 +15,14 @@ def describe_observations(shown: Observations) -> list[str]:
     return [
         "What the nominal simulation shows (forecast NRMSE over the last 80 % of each recording):",
         f"  {'channel':12s} {'nominal':>9s} {'calibrated':>11s} {'noise floor':>12s} {'noise (std)':>18s}"
-        f" {'of error':>9s}",
+        f" {'share of error':>15s}",
         *_channels(shown),
-        "  The modes: nominal, calibrated, and of the linear model that follows best (-: hardly seen); the share of",
-        "  each in the energy of the recorded motion, and of what the simulation gets wrong:",
-        f"  {'':4s} {'frequency (Hz)':^29s} {'damping ratio':^26s} {'shapes':>6s} {'of motion':>10s} {'of error':>9s}",
-        f"  {'mode':4s} {'nominal':>9s} {'calibr.':>9s} {'observed':>9s} {'nominal':>8s} {'calibr.':>8s}"
-        f" {'observed':>8s} {'MAC':>6s}",
+        "  The modes: nominal; calibrated, with nominal values moved within their uncertainty; and observed, of the",
+        "  linear model that follows the recordings best (-: hardly seen). Shares of each in the energy of the",
+        "  recorded motion and of the nominal simulation's error:",
+        f"  {'':4s} {'frequency (Hz)':^30s} {'damping ratio':^28s} {'shapes':>6s} {'share of':>9s} {'share of':>9s}",
+        f"  {'mode':4s} {'nominal':>9s} {'calibrated':>10s} {'observed':>9s} {'nominal':>8s} {'calibrated':>10s}"
+        f" {'observed':>8s} {'MAC':>6s} {'motion':>9s} {'error':>9s}",
         *_modes(shown),
         *([] if shown.amplitude is None else _amplitude(shown.amplitude)),
     ]
@@ -73,7 +74,7 @@ def _channels(shown: Observations) -> list[str]:
         line = f"  {sensor.name:12s} {nominal:9.4f} {calibrated:11.4f}"
         known = np.isfinite(noise)
         lines.append(
-            line + (f" {floor:12.4f} {f'{noise:.3g} {sensor.unit}':>18s} {share:9.0%}" if known else "     held out")
+            line + (f" {floor:12.4f} {f'{noise:.3g} {sensor.unit}':>18s} {share:15.0%}" if known else "     held out")
         )
     return lines
 
@@ -83,12 +84,13 @@ def _modes(shown: Observations) -> list[str]:
     lines = []
     for mode in range(count):
         three = (shown.nominal, shown.calibrated, shown.observed)
-        frequencies = " ".join(f"{each.frequencies[mode]:9.4f}" for each in three)
-        ratios = " ".join(f"{each.ratios[mode]:z8.4f}" for each in three[:2])
+        first, second, third = (each.frequencies[mode] for each in three)
+        frequencies = f"{first:9.4f} {second:10.4f} {third:9.4f}"
+        ratios = f"{shown.nominal.ratios[mode]:z8.4f} {shown.calibrated.ratios[mode]:z10.4f}"
         seen = shown.motion_energy[mode] >= SPECTRA.min_energy_share
         ratios += f" {shown.observed.ratios[mode]:z8.4f}" if seen else f" {'-':>8s}"
         lines.append(
-            f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:10.0%}"
+            f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:9.0%}"
             f" {shown.error_energy[mode]:9.0%}"
         )
     return lines
@@ -96,7 +98,7 @@ def _modes(shown: Observations) -> list[str]:
 
 def _amplitude(found: Amplitude) -> list[str]:
     lines = [
-        "  With the size of the motion (segments of the recordings, all modes in common) the observed values change:",
+        "  Change from the observed values above, all modes in common, with the motion's size (rms over the largest):",
         f"  {'size':>6s} {'frequency':>18s} {'damping':>18s}",
     ]
     for size, f, f_std, d, d_std in zip(*vars(found).values(), strict=True):

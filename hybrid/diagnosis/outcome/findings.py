@@ -13,6 +13,7 @@ from fe_models.causes.wording import at_place
 from fe_models.structure import Structure
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.probability import two_decimals
 
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
 
@@ -76,7 +77,8 @@ class Finding:
         return self.probability + sum(item.probability for item in self.alternatives if item.kind == self.cause.kind)
 
     def __repr__(self) -> str:
-        return f"Finding({self.cause.kind} {at_place(self.cause.location)}, probability {self.probability:.2f})"
+        what = f"{self.cause.kind} {at_place(self.cause.location)}"
+        return f"Finding({what}, probability {two_decimals(self.probability)})"
 
 
 def cause_of(fit: Fit, number: int, widened: float) -> tuple[Cause, dict[str, Parameter]]:

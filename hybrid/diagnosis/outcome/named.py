@@ -19,10 +19,10 @@ from hybrid.diagnosis.outcome.findings import (
 from hybrid.diagnosis.outcome.forecasts import share
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
+from hybrid.diagnosis.probability import SUREST
 from hybrid.diagnosis.recorded.motions import motions_of
 
 RIVALS = 0.005  # least probability of an alternative that is told
-SUREST = 0.999  # no probability is said to be more
 
 
 def named_by(ruling: Ruling) -> tuple[Finding, ...]:

@@ -3,7 +3,7 @@
 from collections import Counter
 
 from fe_models.causes import HarmonicForce, SensorEffect, StiffnessChange
-from fe_models.causes.wording import at_place, place_words
+from fe_models.causes.wording import at_place, kind_words, place_words
 from hybrid.diagnosis.fitting.calibration_deviation import factors_off
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.observed.observations import Observations
@@ -79,7 +79,7 @@ def _apart(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
         alike = "all alike" if isinstance(cause, HarmonicForce | SensorEffect) else "all of one structure"
         if without:
             lines.append(
-                f"the recordings are not {alike}: {cause.kind} {at_place(cause.location)} acts in"
+                f"the recordings are not {alike}: {kind_words(cause.kind)} {at_place(cause.location)} acts in"
                 f" {in_words(acting, every)}, and does not, or too little to tell, in {in_words(without, every)}"
             )
     return lines

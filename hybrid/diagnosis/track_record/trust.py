@@ -7,13 +7,15 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.probability import two_decimals
 from hybrid.diagnosis.track_record.certified import Bin, Certified, Column, Share, certified
 from hybrid.diagnosis.track_record.likeness import column_like, kind_of, words_of
 
 LEAST = 10  # cases: of fewer, all right, the 95 % interval begins below 70 %
-NOT_KNOWN = "How often such answers are right is not known yet"
+NOT_KNOWN = "How often answers like this one are right is not known yet"
 FEW = "of {what} on {like} the certificate has {count}"
 TOO_FEW = "too few to tell"
+RIGHT_IN = "Answers like this one were right in {hits} of {count} simulated cases ({interval}, 95 % interval)."
 RIGHT = "{What} was right {hits} of {count} times on {like}"
 NOT_YOURS = "Simulated structures are simpler than a real one: expect rather less of yours."
 VERDICTS = {
@@ -27,19 +29,22 @@ VERDICTS = {
 @dataclass(frozen=True)
 class Trust:
     """``right``: how many answers like one were, None where that is not known; a ``sentence`` that says so; ``source``:
-    the certificate that it is from.
+    the certificate that it is from; ``cases``: how many are too few to know it, None where none are like it.
     """
 
     right: Share | None
     sentence: str
     source: str
+    cases: int | None = None
 
     @property
     def line(self) -> str:
-        """The same in a line of the terminal."""
-        if self.right is None:
-            return f"Track record: {_small(self.sentence)}. ({self.source}.)"
-        return f"Track record: {self.sentence} ({percent(self.right)}, 95 % interval). ({self.source}.)"
+        """The same in a short line of the terminal."""
+        if self.right is not None:
+            return RIGHT_IN.format(hits=self.right.hits, count=self.right.count, interval=percent(self.right))
+        if self.cases is None:
+            return f"{self.sentence}."
+        return f"{NOT_KNOWN} ({self.cases or 'no'} case{'' if self.cases == 1 else 's'})."
 
     def as_json(self) -> dict[str, Any]:
         """Return the same as plain data."""
@@ -61,7 +66,7 @@ def trust_in(dataset: Dataset, found: Answer, known: Certified | None = None) ->
     if share.count < LEAST:
         count = f"{share.count} so far, {TOO_FEW}" if share.count else "none so far"
         told = FEW.format(what=what, like=like, count=count)
-        return Trust(None, f"{NOT_KNOWN}: {told}", source)
+        return Trust(None, f"{NOT_KNOWN}: {told}", source, share.count)
     told = RIGHT.format(What=what[:1].upper() + what[1:], hits=share.hits, count=share.count, like=like)
     return Trust(share, told, source)
 
@@ -82,7 +87,9 @@ def _counted(found: Answer, column: Column) -> tuple[str, Share]:
         return "the factor of a group that is off", column.groups
     p = found.findings[0].probability
     own = next((item for item in column.named if item.low <= p < item.high or p == item.high == 1.0), None)
-    return (f"what was named at {p:.2f}", nothing) if own is None else (f"what was named {_span(own)}", own.right)
+    if own is None:
+        return f"what was named at {two_decimals(p)}", nothing
+    return f"what was named {_span(own)}", own.right
 
 
 def _span(own: Bin) -> str:
@@ -96,7 +103,3 @@ def _source(known: Certified, column: Column | None = None) -> str:
     days = f", {known.days[-1]}" if known.days else ""
     done = "" if column is None else f"; {column.done} of {column.planned} cases of this kind have run"
     return f"certificate of commit {known.commit[:12]}{changed}{days}{done}"
-
-
-def _small(text: str) -> str:
-    return text[:1].lower() + text[1:]
