@@ -20,7 +20,7 @@ from hybrid.report.unknown_section import what_is_not_known
 from hybrid.report.where import where
 
 SEED = (
-    "starting values, orders of recordings and data of possible measurements are drawn from the same seeds in every run,"
+    "starting values, orders of recordings and data of possible measurements are drawn from the same seeds each time,"
     " so that the same inputs give the same answer"
 )
 
