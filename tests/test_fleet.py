@@ -266,7 +266,12 @@ def test_the_search_by_modes_is_asked_for_by_its_name_and_by_the_older_one(
     name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     asked: list[Options] = []
-    monkeypatch.setattr("hybrid.commands.fleet.diagnose_fleet", lambda *own: asked.append(own[2]) or 0)
+
+    def diagnose_fleet(paths: object, out: object, options: Options, *others: object) -> int:
+        asked.append(options)
+        return 0
+
+    monkeypatch.setattr("hybrid.commands.fleet.diagnose_fleet", diagnose_fleet)
     folder = sample(tmp_path / "own").parent
     result = CliRunner().invoke(app, ["diagnose", str(folder), name, "--out", str(tmp_path / "out")])
     assert result.exit_code == 0, result.output

@@ -68,7 +68,8 @@ def test_a_rival_has_its_size_where_that_is_known() -> None:
 def test_both_searches_say_the_same_in_the_same_words() -> None:
     dataset = chain_dataset()
     finding = replace(found_in(dataset), gain=0.3)
-    by_series, by_modes = (summary_of(of(dataset, finding)) for of in (answer_by_series, answer_by_modes))
+    by_series = summary_of(answer_by_series(dataset, finding))
+    by_modes = summary_of(answer_by_modes(dataset, finding))
     for words in (
         "  Probability 0.97; explains 90% of",
         "  Cannot be ruled out: cubic spring at node 4 in x, stiffness 12 +- 3 N/m^3 (0.02).",
