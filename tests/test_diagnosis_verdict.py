@@ -38,7 +38,7 @@ def test_floor_is_reached_within_five_per_cent(
 @pytest.mark.slow
 def test_the_users_tolerance_says_what_matters() -> None:
     """A weak hardening spring adds a quarter to the error of forecasts: named, unless three times the floor will do."""
-    truth = fe.four_dof().with_effects(fe.CubicSpring(node=1, direction="x", stiffness=0.02))
+    truth = fe.four_dof().with_effects(fe.CubicSpring((1,), "x", 0.02))
     simulated = fe.simulate(truth, ["x4", "a1", "a3", "a4"], motions=3, duration=40.0, sampling_rate=10.0, noise=0.03)
     dataset = simulated.split(0.7).with_model(fe.four_dof())
     assert [finding.cause.kind for finding in diagnose(dataset).findings] == ["cubic_spring"]

@@ -79,7 +79,7 @@ def track(dataset: fe.Dataset) -> Track:
     covariance = np.tile(1e-6 * np.eye(size), (MASSES, 1, 1))
     nominal = nominal_model_of(dataset).undispersed
     modes = [
-        MeasuredModes(name, np.log(modal.omega), modal.damping_ratio, modal.shapes.T + 0j, covariance)
+        MeasuredModes(name, np.log(modal.omega), modal.damping_ratio, modal.shapes.T.astype(np.complex128), covariance)
         for name in ("r0", "r1")
     ]
     measured = ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, tuple(modes))

@@ -51,7 +51,7 @@ def compare_dataset(
     begun = perf_counter()
     raise_faults(extended_faults(dataset, extended) if extended is not None else ())
     driven, free = dataset.parted()
-    responses, notes = None, ()
+    responses, notes = None, tuple[str, ...]()
     if driven is not None:
         try:
             responses = frequency_response(driven, extended)
