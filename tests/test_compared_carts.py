@@ -212,6 +212,7 @@ def test_free_decays_of_different_rates_are_not_called_different() -> None:
     assert (found.outcome, "different sampling rates" in found.sentence) == (Outcome.OPEN, True)
 
 
+@pytest.mark.slow
 def test_the_page_of_free_decays_says_one_thing() -> None:
     """What the sentence says, colour, summary and next step say, too: chance does not decide of free decays."""
     recordings = tuple(Recording(f"r{seed}", rising(0.0, seed)[None], excitation="free") for seed in (1, 2))

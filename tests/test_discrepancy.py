@@ -100,6 +100,7 @@ def _followed() -> FollowedMotion:
     return space, RNG.standard_normal((25, 2)), noise, begin, 0.04
 
 
+@pytest.mark.slow
 def test_filter_is_the_normal_distribution_of_all_samples(followed: FollowedMotion) -> None:
     space, data, noise, begin, push = followed
     found = filtered(unforced(space, 25), data, noise, np.full((25, 2), push), begin, STEP)

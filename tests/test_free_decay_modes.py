@@ -148,6 +148,7 @@ def test_script_prints_tables_and_draws(dataset: Dataset, tmp_path: Path) -> Non
     assert {(row["recording"], row["mode"]) for row in rows} >= {("a", "2"), ("a", "3"), ("b", "2"), ("b", "3")}
 
 
+@pytest.mark.slow
 def test_the_command_says_which_columns_it_skips(dataset: Dataset, tmp_path: Path) -> None:
     file = save_dataset(replace(dataset, recordings=dataset.recordings[:1]), tmp_path, "bridge")
     names = [sensor.name for sensor in dataset.sensors]

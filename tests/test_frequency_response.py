@@ -107,6 +107,7 @@ def test_the_base_of_absolute_sensors_has_functions_of_its_own() -> None:
     assert nominal_assurance(found)[:, :2].min() > 0.9  # as above; displacements have the drift of the base in them
 
 
+@pytest.mark.slow
 def test_knocks_are_taken_whole() -> None:
     knocks = [(Load(3, "x", size * np.roll(knock(2048), shift)),) for size, shift in ((1.0, 0), (1.3, 7), (0.8, 20))]
     found = frequency_response(fe.simulate(STOREYS, SENSORS, excitation=knocks, sampling_rate=RATE, noise=0.0))

@@ -296,6 +296,7 @@ def names_in(file: Path) -> list[str]:
     return [own.name for own in load_dataset(file).recordings]
 
 
+@pytest.mark.slow
 def test_recordings_that_were_looked_at_may_be_archived(
     place: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

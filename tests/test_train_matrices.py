@@ -68,6 +68,7 @@ def test_the_model_is_that_of_the_matrices(trained: Path) -> None:
     assert run.prediction.hybrid.shape == (80, 4)
 
 
+@pytest.mark.slow
 def test_scores_are_those_of_the_same_modes_of_a_structure(trained: Path, tmp_path: Path) -> None:
     """Where a model comes from makes no difference, only its modes do."""
     modal = load_checkpoint(trained / "run" / CHECKPOINT).origin.modal

@@ -53,6 +53,7 @@ def chance(samples: int = 9) -> tuple[StepModel, FloatArray, FloatArray, FloatAr
     return steps, 3 * rng.standard_normal((samples, s)), np.array([0.5, 2.0]), np.array([0.1, 0.3, 0.2]), begin
 
 
+@pytest.mark.slow
 def test_the_smoother_is_the_posterior_of_all_states_and_forces_at_once() -> None:
     """By conditioning one Gaussian of the first state and all forces on all samples; 1e-9: rounding of its inverse."""
     steps, data, force, noise, (mean, covariance) = chance()
@@ -136,6 +137,7 @@ def test_the_motion_of_all_masses_is_found_and_lies_in_its_band() -> None:
     np.testing.assert_allclose(found.force_std, np.linalg.norm(shapes, axis=0), rtol=0.34)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("_double")
 def test_offsets_change_nothing_and_a_louder_record_is_as_much_louder_everywhere() -> None:
     """Of a linear model; 1e-3: where the search for the sizes stops."""
