@@ -12,7 +12,7 @@ from hybrid.diagnosis.observed.observation_report import describe_observations, 
 from hybrid.diagnosis.outcome.calibration import Calibrated
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST, OTHER_CAUSES, Alternative, Finding, in_words
-from hybrid.diagnosis.outcome.verdict import Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict, is_at_floor
 from hybrid.diagnosis.probability import two_decimals
 
 HEADLINES = {
@@ -186,11 +186,6 @@ def score_lines(
     if base["held_out"] is not None:
         lines.append(f"Held-out sensors: {base['held_out']:.4f} before, {extended['held_out']:.4f} {after}.")
     return lines
-
-
-def is_at_floor(error: float | None, floor: float, tolerance: float) -> bool:
-    """Return whether a forecast's ``error`` counts as reaching the noise floor."""
-    return error is not None and error <= (1 + tolerance) * floor
 
 
 def headline(diagnosis: Diagnosis) -> str:

@@ -7,8 +7,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.observed.example import Example, draw_example
-from hybrid.diagnosis.outcome.verdict import NEAR
-from hybrid.diagnosis.report import is_at_floor
+from hybrid.diagnosis.outcome.verdict import NEAR, is_at_floor
 from hybrid.report.drawings import drawn
 from hybrid.report.page import Block, Cell, Paragraph, Section, Table
 from hybrid.report.values import fixed

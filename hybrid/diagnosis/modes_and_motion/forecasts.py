@@ -24,7 +24,7 @@ from hybrid.diagnosis.modal.nominal_fit import NominalFit
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, without_recordings
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
-from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY
+from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY, is_at_floor
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
@@ -66,7 +66,7 @@ class Forecasts:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
         error = float(self.after.nrmse[:, list(self.roles.measured)].mean())
         nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
-        return error <= (1 + self.tolerance) * self.floor or nearly or self.unexplained < NEGLIGIBLE_SHARE
+        return is_at_floor(error, self.floor, self.tolerance) or nearly or self.unexplained < NEGLIGIBLE_SHARE
 
     @property
     def unexplained(self) -> float:

@@ -12,7 +12,7 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import BESIDE, Errors
+from hybrid.diagnosis.outcome.verdict import BESIDE, Errors, is_at_floor
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -54,7 +54,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         trifle = is_trifle(before, after, nominal, several)
         gained = scorer.error(before) - scorer.error(after)
         weaker = gained <= (BESIDE if several else scorer.setting.tolerance) * floor
-        reached = scorer.error(before) <= (1 + scorer.setting.tolerance) * floor
+        reached = is_at_floor(scorer.error(before), floor, scorer.setting.tolerance)
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
         if count == 1:  # what is not needed is reported as weak then: see `verdict`
             if reached or not (guess and trifle and weaker):

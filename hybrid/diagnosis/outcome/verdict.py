@@ -41,6 +41,11 @@ class Verdict(Enum):
         return self in (Verdict.PARTLY_EXPLAINED, Verdict.UNEXPLAINED)
 
 
+def is_at_floor(error: float | None, floor: float, tolerance: float) -> bool:
+    """Return whether a forecast's ``error`` counts as reaching the noise floor."""
+    return error is not None and error <= (1 + tolerance) * floor
+
+
 @dataclass(frozen=True)
 class Errors:
     """NRMSE of forecasts, mean over the measured channels: of the ``calibrated`` nominal model, of the ``extended``
@@ -66,12 +71,12 @@ class Errors:
     def nothing_to_gain(self) -> bool:
         """Whether the nominal model, calibrated, is as good as noise lets it be, and no cause makes it better."""
         gained = self.calibrated - self.extended
-        return self.calibrated <= (1 + self.tolerance) * self.floor and gained <= self.tolerance * self.floor
+        return is_at_floor(self.calibrated, self.floor, self.tolerance) and gained <= self.tolerance * self.floor
 
     @property
     def reached(self) -> bool:
         """Whether the extended model is as good as noise lets it be."""
-        return self.extended <= (1 + self.tolerance) * self.floor
+        return is_at_floor(self.extended, self.floor, self.tolerance)
 
     @property
     def near(self) -> bool:
