@@ -24,6 +24,9 @@ PARALLEL_SPRING_WEIGHT = 0.1
 MIN_COMPLIANCE_SHARE = 1e-4  # of a structure's own compliance at a support: as good as rigid
 # of it: the prior standard deviation of a support's own; at ten times as much it is as good as lost
 PRIOR_STD_COMPLIANCE_SHARE = 5.0
+# of a structure's own compliance: what a scan tries below the prior standard deviation, as a support that is but a
+# little soft changes modes much more than they err, and one that is softer than the structure is as good as lost
+SCANNED_COMPLIANCE_SHARES = (0.003, 0.01, 0.03)
 # of the stiffness at a support: what rounding leaves of a structure's own where nothing else holds it
 MIN_STIFFNESS_SHARE = 1e-9
 
@@ -116,6 +119,7 @@ def _soft_supports(known: Known) -> list[SupportCandidate]:
                 width=(PRIOR_STD_COMPLIANCE_SHARE * soft,),
                 lower=(MIN_COMPLIANCE_SHARE * soft,),
                 starts=((10 * MIN_COMPLIANCE_SHARE * soft,),),
+                far=tuple(share * soft for share in SCANNED_COMPLIANCE_SHARES),
                 changes=(known.zeros, damped, here),
                 row=int(row),
                 brings=1,
