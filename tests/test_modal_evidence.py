@@ -26,6 +26,7 @@ from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search, probabilities
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_surely_off
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
@@ -34,15 +35,16 @@ FREQUENCY_ERROR, RATIO_ERROR, SHAPE_ERROR = 3e-4, 2e-4, 3e-3  # relative; of 1; 
 SENSORS = tuple(Sensor(f"x{node}", node, "x", "displacement", "m") for node in range(1, COUNT + 1))
 
 
-def chain(factors: FloatArray | None = None) -> Structure:
+def chain(factors: FloatArray | None = None, mass_factors: FloatArray | None = None) -> Structure:
     """Return five masses of 2 kg on five springs of 1000 N/m, each times its factor."""
     stiffness = 1000.0 * (np.ones(COUNT) if factors is None else factors)
+    masses = 2.0 * (np.ones(COUNT) if mass_factors is None else mass_factors)
     ends: list[tuple[int] | tuple[int, int]] = [(1,), *((node, node + 1) for node in range(1, COUNT))]
     return Structure(
         "chain of five",
         tuple((float(node), 0.0) for node in range(COUNT)),
         tuple(Spring(pair, "x", float(k)) for pair, k in zip(ends, stiffness, strict=True)),
-        point_masses=tuple(PointMass(node, 2.0) for node in range(1, COUNT + 1)),
+        point_masses=tuple(PointMass(node, float(mass)) for node, mass in enumerate(masses, start=1)),
         directions=("x",),
         damping=Damping(modal_ratios=(RATIO,)),
     )
@@ -192,8 +194,9 @@ def test_factors_far_off_are_found_with_their_uncertainty(dataset: Dataset) -> N
     pulls = []
     for seed in range(4):
         rng = np.random.default_rng(10 + seed)
-        factors = off(rng)
-        measured = measured_of(dataset, modes_of(chain(factors), "before", rng), modes_of(chain(factors), "after", rng))
+        factors, mass_factors = off(rng), 1 + 0.5 * (off(rng) - 1)
+        truth = chain(factors, mass_factors)
+        measured = measured_of(dataset, modes_of(truth, "before", rng), modes_of(truth, "after", rng))
         found = null_fit(measured)
         assert found is not None
         springs = [n for n, part in enumerate(measured.nominal.parts) if part.quantity == "stiffness"]
@@ -286,3 +289,17 @@ def test_one_frequency_that_is_identified_wrongly_moves_no_value(dataset: Datase
     assert max(own.frequency for place, own in found.inflation.items() if place != (1, 2)) < 1.5
     errors = np.sqrt(np.diag(clean.covariance))
     assert np.abs((found.theta - clean.theta) / errors).max() < 1.2  # under a normal distribution: 1.7
+
+
+def test_springs_are_as_surely_off_as_what_is_unknown_lets_them(dataset: Dataset) -> None:
+    rng, factors = np.random.default_rng(40), np.array([1.2, 0.75, 1.3, 1.25, 0.8])
+    modes = [modes_of(chain(factors), name, rng) for name in ("before", "after")]
+    measured = measured_of(dataset, *modes)
+    null = null_fit(measured)
+    assert null is not None
+    every = set(parts_surely_off(measured, null))
+    assert {part for part in every if measured.nominal.parts[part].quantity == "stiffness"} == set(range(COUNT))
+    assert set(parts_surely_off(measured, null, Unknown(0.0, 0.5))) == every
+    assert set(parts_surely_off(measured, null, Unknown(1.0, 1e-4))) == every  # less than modes err
+    assert not parts_surely_off(measured, null, Unknown(1.0, 0.3))  # frequencies by a third: springs by two thirds
+    assert not parts_surely_off(measured, null, Unknown(0.5, 0.3))  # nor may it act as probably as not

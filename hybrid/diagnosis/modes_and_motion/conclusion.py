@@ -20,7 +20,6 @@ from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import ConsideredHypothesis, considered_by_modes, considered_laws
 from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, Forecasts
-from hybrid.diagnosis.modes_and_motion.look import parts_surely_off
 from hybrid.diagnosis.modes_and_motion.modal_findings import (
     State,
     by_importance,
@@ -33,6 +32,7 @@ from hybrid.diagnosis.modes_and_motion.modal_findings import (
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, notes_on_modes, notes_on_motion
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_surely_off
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -124,7 +124,7 @@ def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDia
     drawn, remaining = as_drawn(measured, best), _remaining(laws, motion)
     before, left = _misfit(measured, drawn, best, forecasts)
     local = _with_law(measured, best, laws, explained, _causes(claims, before, remaining))
-    groups = _groups_off(measured, best)
+    groups = _groups_off(measured, best, _unknown(laws, remaining, local.listed))
     findings = (*local.findings, *groups)
     meeting = [TWO_AT_ONE_PLACE] * (local.two < 1)
     return ModalDiagnosis(
@@ -230,12 +230,24 @@ def _beside_unknown(finding: Finding, left: Discrepancy, recordings: int) -> Fin
     return depending_on(finding, 0.5 * (1 + left.usual_probability))
 
 
-def _groups_off(measured: ModalData, best: ModalFit) -> tuple[Finding, ...]:
-    """Return a finding for each stiffness and mass that is off by more than is normal, and surely so."""
+def _unknown(laws: LawSearch | None, remaining: RemainingDiscrepancy | None, listed: float) -> Unknown | None:
+    """Return what may act that no cause on the list is: in the place of the law that was found, ``listed`` with some
+    probability, or beside all that was found.
+    """
+    found = [] if laws is None else [Unknown(1 - listed, laws.track.discrepancy.whole)]
+    if remaining is not None:
+        found.append(Unknown(1 - remaining.after.usual_probability, remaining.after.whole))
+    return max(found, key=lambda own: own.probability, default=None)
+
+
+def _groups_off(measured: ModalData, best: ModalFit, unknown: Unknown | None) -> tuple[Finding, ...]:
+    """Return a finding for each stiffness and mass that is off by more than is normal, and surely so, also beside what
+    is ``unknown``.
+    """
     nominal, found = measured.nominal, []
     errors, total = np.sqrt(np.diag(best.covariance)), best.theta[: best.nuisances] + measured.offset
     every = tuple(own.name for own in measured.recordings)
-    for number, surely in parts_surely_off(measured, best).items():
+    for number, surely in parts_surely_off(measured, best, unknown).items():
         part, error = nominal.parts[number], errors[number]
         factor = float(np.exp(total[number]))
         kind = StiffnessChange if part.quantity == "stiffness" else MassChange

@@ -5,19 +5,19 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.stats import norm
 from threadpoolctl import threadpool_limits
 
-from fe_models.arrays import TINY, FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import SEARCH_CHOICE, THREADS
-from hybrid.diagnosis.modal.config import CONCLUSION, FIT
+from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
 from hybrid.diagnosis.modal.search import Search
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import as_measured, measured_in
+from hybrid.diagnosis.modes_and_motion.parts_off import parts_surely_off
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.identification.identification import Identification
@@ -94,7 +94,7 @@ def rebased(dataset: Dataset, nominal_fit: NominalFit) -> NominalFit:
         theta[:parts] = 0.0
         moved = replace(measured, nominal=nominal, offset=offset)
         again = fit_claim(moved, moved.null, theta, null.sizes)
-        if again is None or again.evidence < null.evidence:
+        if again is None or again.evidence < null.evidence - FIT.same_nats:
             break
         nominal_fit = NominalFit(moved, again)
     return nominal_fit
@@ -110,18 +110,4 @@ def _values_of(values: FloatArray, old: NominalModel, new: NominalModel) -> Floa
     if len(old.scatter.changes) == len(new.scatter.changes):
         found[new.factors : new.values] = values[old.factors : old.values]
     found[new.values :] = values[old.values :]
-    return found
-
-
-def parts_surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
-    """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each, by
-    its own uncertainty.
-    """
-    nominal, found = measured.nominal, dict[int, float]()
-    errors, total = np.sqrt(np.diag(fit.covariance)), fit.theta[: fit.nuisances] + measured.offset
-    for number, part in enumerate(nominal.parts):
-        beyond = abs(total[number]) - CONCLUSION.normal_sigma * nominal.spread[number]
-        surely = float(norm.cdf(beyond / max(errors[number], TINY)))
-        if surely >= CONCLUSION.min_probability and (part.elements or part.group):
-            found[number] = surely
     return found

@@ -15,8 +15,8 @@ from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY
-from hybrid.diagnosis.modes_and_motion.look import parts_surely_off
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
+from hybrid.diagnosis.modes_and_motion.parts_off import parts_surely_off
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,

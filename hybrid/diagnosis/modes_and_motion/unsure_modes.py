@@ -41,3 +41,11 @@ def widened_by_straying(own: MeasuredModes, size: float) -> MeasuredModes:
     for place in (FREQUENCY, RATIO):
         covariance[:, place, place] += variance
     return replace(own, covariance=covariance)
+
+
+def moved_by_unknown(own: MeasuredModes, size: float) -> MeasuredModes:
+    """Return modes as sure as they are known where something unknown, of a ``size`` of the motion a radian, may pull
+    as steadily as a spring or a dashpot: frequencies, of themselves, damping ratios and entries of shapes, of their
+    largest, are then off by about that size.
+    """
+    return replace(own, covariance=own.covariance + size**2 * np.eye(own.covariance.shape[-1]))

@@ -1,0 +1,48 @@
+"""Which nominal parts are off by more than is normal, by their own uncertainty, and beside something unknown."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+from fe_models.arrays import TINY, FloatArray
+from hybrid.diagnosis.modal.config import CONCLUSION
+from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.modal_data import ModalData
+from hybrid.diagnosis.modes_and_motion.unsure_modes import moved_by_unknown
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """Something that may act in all recordings, with a ``probability``, and is not known: forces on the modes of a
+    ``size`` over the motion and a radian.
+    """
+
+    probability: float
+    size: float
+
+
+def parts_surely_off(measured: ModalData, fit: ModalFit, unknown: Unknown | None = None) -> dict[int, float]:
+    """Return which of the nominal parts are off by more than is normal, by number, and how probable that is of each: by
+    its own uncertainty, and by that of modes which something ``unknown`` may move.
+    """
+    surely = _probability_off(measured, fit)
+    if unknown is not None and unknown.probability > 0:
+        unsure = replace(measured, recordings=tuple(moved_by_unknown(own, unknown.size) for own in measured.recordings))
+        again = fit_claim(unsure, fit.claim, fit.theta, fit.sizes, inflation=fit.inflation)
+        beside = np.zeros_like(surely) if again is None else _probability_off(unsure, again)
+        surely = surely + unknown.probability * np.minimum(beside - surely, 0.0)
+    return {
+        number: float(surely[number])
+        for number, part in enumerate(measured.nominal.parts)
+        if surely[number] >= CONCLUSION.min_probability and (part.elements or part.group)
+    }
+
+
+def _probability_off(measured: ModalData, fit: ModalFit) -> FloatArray:
+    """Return how probable it is that each nominal part (part,) is off by more than is normal."""
+    nominal = measured.nominal
+    own = slice(len(nominal.parts))
+    errors, total = np.sqrt(np.diag(fit.covariance))[own], (fit.theta[: fit.nuisances] + measured.offset)[own]
+    beyond = np.abs(total) - CONCLUSION.normal_sigma * nominal.spread[own]
+    return np.asarray(norm.cdf(beyond / np.maximum(errors, TINY)))
