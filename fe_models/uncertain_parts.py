@@ -6,14 +6,21 @@ mass.
 """
 
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
+import numpy as np
+
+from fe_models.arrays import FloatArray
+from fe_models.sections import Section
 from fe_models.structure import Beam, Element, Spring, Structure
 
 # of the nodes of a group of beams: where as many carry point masses these are its own mass, lumped
 MIN_LUMPED_SHARE = 0.5
+# Correlation of what is off in two parts of one section: cables of one kind come from one lot and one data sheet, and
+# the towers of a bridge from one drawing; each is also made and fixed by itself.
+SECTION_ALIKE = 0.5
 
 
 @dataclass(frozen=True)
@@ -83,6 +90,24 @@ def uncertain_parts(structure: Structure) -> tuple[UncertainPart, ...]:
         *masses,
         *(UncertainPart("mass", (), (node,)) for node in sorted(loose)),
     )
+
+
+def part_correlations(structure: Structure, parts: Sequence[UncertainPart]) -> FloatArray:
+    """Return how far deviations of parts go together beforehand, (part, part): of one quantity and one section."""
+    sections = [_section(structure, part) for part in parts]
+    found = np.eye(len(parts))
+    for one, first in enumerate(parts):
+        for two, second in enumerate(parts[:one]):
+            if sections[one] is not None and sections[one] == sections[two] and first.quantity == second.quantity:
+                found[one, two] = found[two, one] = SECTION_ALIKE
+    return found
+
+
+def _section(structure: Structure, part: UncertainPart) -> Section | None:
+    """Return the section that all elements of a part have, None where they have several, or none."""
+    members = [structure.elements[number - 1] for number in part.elements]
+    sections = {None if isinstance(own, Spring) else own.section for own in members}
+    return sections.pop() if len(sections) == 1 else None
 
 
 def with_mass(structure: Structure, groups: Iterable[Iterable[int]]) -> list[tuple[int, ...]]:

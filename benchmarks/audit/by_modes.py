@@ -16,7 +16,7 @@ from benchmarks.audit.ranks import DRAWS, draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_SPREADS, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
+from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_ROOT, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.inflation import log_prior_in
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
@@ -123,9 +123,7 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
 def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, ModalData]:
     """Return sizes of errors, a hypothesis and its theta from their priors, and what is measured of them."""
     rng, bare = np.random.default_rng(seed), _bare(problem)
-    sizes = sizes_of(
-        LOG_MEDIANS + LOG_SPREADS * np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS)
-    )
+    sizes = sizes_of(LOG_MEDIANS + LOG_ROOT @ np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS))
     scales = np.array([getattr(sizes, SCALE_OF[kind]) for kind in bare.kinds])
     hypothesis, theta = problem.from_prior(rng, seed, scales)
     return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)

@@ -44,7 +44,8 @@ class ErrorSizes:
     @property
     def log_prior(self) -> float:
         """The log prior density of the logarithms, but for a constant."""
-        return -0.5 * float(np.sum(((np.log(self.values) - LOG_MEDIANS) / LOG_SPREADS) ** 2))
+        off = np.log(self.values) - LOG_MEDIANS
+        return -0.5 * float(off @ LOG_PRECISION @ off)
 
     @property
     def common(self) -> FloatArray:
@@ -82,6 +83,14 @@ class ErrorSizes:
 LOG_MEDIANS = np.log(ErrorSizes().values)
 LOG_SPREADS = np.array([item.metadata["spread"] for item in fields(ErrorSizes)])
 SIZE_NAMES = tuple(item.name for item in fields(ErrorSizes))
+NOMINAL_SCALES = tuple(SIZE_NAMES.index(name) for name in ("stiffness_scale", "mass_scale"))
+# Who drew stiffnesses far off drew masses far off, too: three masses alone hardly tell by how much. The correlation of
+# the logarithms of both scales.
+SCALES_ALIKE = 0.8
+LOG_COVARIANCE = np.diag(LOG_SPREADS**2)
+LOG_COVARIANCE[NOMINAL_SCALES, NOMINAL_SCALES[::-1]] = SCALES_ALIKE * np.prod(LOG_SPREADS[list(NOMINAL_SCALES)])
+LOG_PRECISION = np.linalg.inv(LOG_COVARIANCE)
+LOG_ROOT = np.linalg.cholesky(LOG_COVARIANCE)
 MAX_SPREADS = 3.0  # prior standard deviations: as far as a size is looked for
 LOG_LOWER, LOG_UPPER = LOG_MEDIANS - MAX_SPREADS * LOG_SPREADS, LOG_MEDIANS + MAX_SPREADS * LOG_SPREADS
 UNKNOWN_CHANGE = {"frequency": 0.03, "ratio": 3e-3, "shape": 0.15, "phase": 0.02}  # of a structure that has changed

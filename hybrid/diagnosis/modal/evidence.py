@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_solve, solve_triangular
+from scipy.linalg import block_diag, cho_solve, solve_triangular
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.claim import Claim
@@ -162,27 +162,28 @@ def _evaluated(
 
 def _covariance(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, width: FloatArray) -> FloatArray:
     """Return the posterior covariance of theta (parameter, parameter)."""
-    prior = np.concatenate([rows.scales(sizes), width])
-    return np.asarray(np.linalg.inv(_precision(rows, sizes, slopes, prior)) * np.outer(prior, prior))
+    root = block_diag(rows.prior_root(sizes), np.diag(width))
+    return np.asarray(root @ np.linalg.inv(_precision(rows, sizes, slopes, root)) @ root.T)
 
 
-def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, prior: FloatArray) -> FloatArray:
-    """Return the inverse of the posterior covariance of values with these ``slopes``, in units of their ``prior``
-    (value,), in which none is too large for another.
+def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, root: FloatArray) -> FloatArray:
+    """Return the inverse of the posterior covariance of values with these ``slopes``, in units of the ``root`` (value,
+    value) of their prior covariance, in which none is too large for another.
     """
-    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), kinds=())
-    whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) * prior
-    return np.asarray(whitened.T @ whitened + np.eye(len(prior)))
+    none = np.zeros((0, 0))
+    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), correlation_root=none, kinds=())
+    whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) @ root
+    return np.asarray(whitened.T @ whitened + np.eye(len(root)))
 
 
 def _evidence_beyond(measured: ModalData, item: ModalFit) -> float:
     """Return how much of the evidence is that of nominal values that the linearised modes promise, beyond these: none
     where they fit best.
     """
-    first, scale = item.nuisances, item.rows.scales(item.sizes)
-    wanted = scale**2 * (item.slopes[:, :first].T @ item.weighed)
-    off = (wanted - measured.offset - item.theta[:first]) / scale
-    return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], scale) @ off)
+    first, root = item.nuisances, item.rows.prior_root(item.sizes)
+    wanted = root @ (root.T @ (item.slopes[:, :first].T @ item.weighed))
+    off = solve_triangular(root, wanted - measured.offset - item.theta[:first], lower=True)
+    return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], root) @ off)
 
 
 def step_of(measured: ModalData, item: ModalFit) -> FloatArray:
@@ -207,8 +208,8 @@ def step_of(measured: ModalData, item: ModalFit) -> FloatArray:
             step[crossed] = FIT.bound_approach * (bound[crossed] - theta[crossed])
         free &= ~(below | above)
     left = item.residual - item.slopes[:, first:] @ step
-    scale = item.rows.scales(item.sizes)
-    wanted = scale**2 * (item.slopes[:, :first].T @ cho_solve((item.lower, True), left))
+    root = item.rows.prior_root(item.sizes)
+    wanted = root @ (root.T @ (item.slopes[:, :first].T @ cho_solve((item.lower, True), left)))
     return np.concatenate([wanted - measured.offset - item.theta[:first], step])
 
 

@@ -16,7 +16,7 @@ from fe_models.arrays import BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.modal.error_sizes import (
     LOG_LOWER,
     LOG_MEDIANS,
-    LOG_SPREADS,
+    LOG_PRECISION,
     LOG_UPPER,
     SCALE_OF,
     SIZE_NAMES,
@@ -34,7 +34,7 @@ def likeliest_sizes(rows: Rows, residual: FloatArray, start: ErrorSizes, iterati
     def cost(logs: FloatArray) -> tuple[float, FloatArray]:
         sizes = sizes_of(logs)
         value, slope = likelihood.at(sizes)
-        return -value - sizes.log_prior, -(slope - (logs - LOG_MEDIANS) / LOG_SPREADS**2)
+        return -value - sizes.log_prior, -(slope - LOG_PRECISION @ (logs - LOG_MEDIANS))
 
     begun = np.clip(np.log(start.values), LOG_LOWER, LOG_UPPER)
     bounds = list(zip(LOG_LOWER, LOG_UPPER, strict=True))
@@ -111,12 +111,12 @@ class Likelihood:
         blocks[:, every, every] += varying**2
         lower = np.linalg.cholesky(blocks)
         whitening = np.linalg.inv(lower)
-        back_again, scales = whitening.swapaxes(1, 2), self.rows.scales(sizes)
+        back_again, root_of_prior = whitening.swapaxes(1, 2), self.rows.prior_root(sizes)
         inverse = back_again @ whitening
-        moved, left = whitening @ (self._slopes * scales), whitening @ self._left  # (block, place, nuisance)
+        moved, left = whitening @ (self._slopes @ root_of_prior), whitening @ self._left  # (block, place, nuisance)
         weighted, along = back_again @ moved, back_again @ left
-        flat = moved.reshape(-1, len(scales))
-        capacity = np.eye(len(scales)) + flat.T @ flat
+        flat = moved.reshape(-1, len(root_of_prior))
+        capacity = np.eye(len(root_of_prior)) + flat.T @ flat
         pulled = flat.T @ left.ravel()
         root = np.linalg.cholesky(capacity)
         value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(left**2))

@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.uncertain_parts import part_correlations
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -51,6 +52,14 @@ class ModalData:
             *["element"] * (nominal.values - nominal.factors),
             *[""] * (len(nominal.spread) - nominal.values),
         )
+
+    @cached_property
+    def correlation_root(self) -> FloatArray:
+        """A lower triangular root (nuisance, nuisance) of the correlations that nominal values have beforehand."""
+        parts, structure = self.nominal.parts, self.nominal.structure
+        found = np.eye(len(self.nominal.spread))
+        found[: len(parts), : len(parts)] = part_correlations(structure, parts)
+        return np.asarray(np.linalg.cholesky(found))
 
     @cached_property
     def null(self) -> Claim:

@@ -91,6 +91,7 @@ def rows_of(
         whole,
         slopes,
         hypothesis.width[: hypothesis.nuisances],
+        measured.correlation_root,
         measured.kinds,
         np.isin(recording, claim.changed),
         _by_value(inflation or {}, pairs, free)[free],

@@ -16,9 +16,11 @@ class Rows:
     sensor; its ``recording`` (row,).
 
     ``noise`` (row, row): covariance of the identification. ``slopes`` (row, nuisance) by nominal values, ``spread``
-    (nuisance,) their stated standard deviations and ``kinds`` (nuisance,) whose scale each has, "" of none. ``changed``
-    (row,): in which recordings the structure has changed in an unknown way. ``inflation`` (row,): how many times larger
-    than it says the error of the identification is, with what differs from one recording to the next (see `inflation`).
+    (nuisance,) their stated standard deviations, ``correlation_root`` (nuisance, nuisance) a lower triangular root of
+    their correlations, and ``kinds`` (nuisance,) whose scale each has, "" of none: values of two kinds have no
+    correlation. ``changed`` (row,): in which recordings the structure has changed in an unknown way. ``inflation``
+    (row,): how many times larger than it says the error of the identification is, with what differs from one recording
+    to the next (see `inflation`).
     """
 
     quantity: IntArray
@@ -28,6 +30,7 @@ class Rows:
     noise: FloatArray
     slopes: FloatArray
     spread: FloatArray
+    correlation_root: FloatArray
     kinds: tuple[str, ...]
     changed: BoolArray
     inflation: FloatArray
@@ -44,6 +47,10 @@ class Rows:
         factor = [getattr(sizes, SCALE_OF[kind]) if kind else 1.0 for kind in self.kinds]
         return np.asarray(self.spread * factor)
 
+    def prior_root(self, sizes: ErrorSizes) -> FloatArray:
+        """Return a root (nuisance, nuisance) of the prior covariance of all nominal values."""
+        return np.asarray(self.scales(sizes)[:, None] * self.correlation_root)
+
     def covariance(self, sizes: ErrorSizes) -> FloatArray:
         """Return the covariance (row, row) of all rows, nominal values marginalised."""
         common, varying, sharing = self.common(sizes), self.varying(sizes), self.sharing
@@ -53,7 +60,7 @@ class Rows:
         if self.changed.any():
             unknown = sharing * (self.unknown_change * sizes.change)[:, None]
             total += unknown @ unknown.T
-        moved = self.slopes * self.scales(sizes)
+        moved = self.slopes @ self.prior_root(sizes)
         return np.asarray(total + moved @ moved.T)
 
     def common(self, sizes: ErrorSizes) -> FloatArray:

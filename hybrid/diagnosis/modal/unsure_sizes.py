@@ -1,7 +1,9 @@
 """Standard deviations that count that the sizes of errors, estimated from the same modes, are none too sure themselves.
 
 Their logarithms are normal about the most likely ones, with the curvature of the likelihood there and their priors'
-(Laplace); a fit's covariance is that of a mixture over such sizes: what it is on average, and how the best values move.
+(Laplace), but for the scales of stiffnesses and masses, which few parts tell: these go as the likelihood says on a grid
+(the marginal of each is skewed, with a long tail upwards), the other sizes as is most likely beside them. A fit's
+covariance is that of a mixture over such sizes: what it is on average, and how the best values move.
 """
 
 from dataclasses import dataclass, replace
@@ -10,7 +12,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.config import UNSURE_SIZES
-from hybrid.diagnosis.modal.error_sizes import LOG_LOWER, LOG_SPREADS, LOG_UPPER, sizes_of
+from hybrid.diagnosis.modal.error_sizes import LOG_LOWER, LOG_ROOT, LOG_UPPER, NOMINAL_SCALES, sizes_of
 from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -50,19 +52,56 @@ def posterior_over_sizes(measured: ModalData, item: ModalFit) -> SizesPosterior 
     if not len(item.pairs):
         return None
     try:
-        logs, root = np.log(item.sizes.values), _root_of_covariance(item)
+        drawn = _drawn_sizes(item)
     except np.linalg.LinAlgError:
         return None
-    drawn = np.random.default_rng(0).standard_normal((UNSURE_SIZES.draws // 2, len(logs)))
     within, moved = list[FloatArray](), list[FloatArray]()
-    for off in np.concatenate([drawn, -drawn]):  # either side of each, so that their mean is that of the sizes
+    for logs in drawn:
         try:
-            own = with_errors(measured, item, sizes_of(np.clip(logs + root @ off, LOG_LOWER, LOG_UPPER)))
+            own = with_errors(measured, item, sizes_of(np.clip(logs, LOG_LOWER, LOG_UPPER)))
         except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
             continue
         within.append(own.covariance)
         moved.append(item.theta + step_of(measured, own))
     return SizesPosterior(np.array(moved), np.array(within)) if within else None
+
+
+def _drawn_sizes(item: ModalFit) -> FloatArray:
+    """Return logarithms of sizes (draw, size) that a fit leaves open."""
+    rng, root, logs = np.random.default_rng(0), _root_of_covariance(item), np.log(item.sizes.values)
+    covariance, scales = root @ root.T, list(NOMINAL_SCALES)
+    others = [number for number in range(len(logs)) if number not in scales]
+    along = covariance[np.ix_(others, scales)] @ np.linalg.inv(covariance[np.ix_(scales, scales)])
+    beside = np.linalg.cholesky(
+        covariance[np.ix_(others, others)] - along @ covariance[np.ix_(scales, others)]
+    )  # of the other sizes, given both scales
+    normal = rng.standard_normal((UNSURE_SIZES.draws // 2, len(others)))
+    normal = np.concatenate([normal, -normal])  # either side of each, so that their mean is that of the sizes
+    found = np.empty((len(normal), len(logs)))
+    found[:, scales] = _drawn_scales(item, logs, others, along, rng)
+    found[:, others] = logs[others] + (found[:, scales] - logs[scales]) @ along.T + normal @ beside.T
+    return found
+
+
+def _drawn_scales(
+    item: ModalFit, logs: FloatArray, others: list[int], along: FloatArray, rng: np.random.Generator
+) -> FloatArray:
+    """Return logarithms of the scales (draw, scale), as likely as the modes say where the ``others`` go ``along``."""
+    likelihood, scales = Likelihood(item.rows, item.residual), list(NOMINAL_SCALES)
+    sides = [np.linspace(LOG_LOWER[own], LOG_UPPER[own], UNSURE_SIZES.grid) for own in scales]
+    cells = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(scales))
+    density = np.empty(len(cells))
+    for number, cell in enumerate(cells):
+        tried = logs.copy()
+        tried[scales] = cell
+        tried[others] = np.clip(logs[others] + along @ (cell - logs[scales]), LOG_LOWER[others], LOG_UPPER[others])
+        sizes = sizes_of(tried)
+        density[number] = likelihood.at(sizes)[0] + sizes.log_prior
+    shares = np.cumsum(np.exp(density - density.max()))
+    even = (np.arange(UNSURE_SIZES.draws) + 0.5) / UNSURE_SIZES.draws  # spread evenly over what is likely
+    chosen = cells[np.searchsorted(shares, even * shares[-1])]
+    width = np.array([side[1] - side[0] for side in sides])
+    return np.asarray(rng.permutation(chosen + width * (rng.random(chosen.shape) - 0.5)))
 
 
 def _root_of_covariance(item: ModalFit) -> FloatArray:
@@ -71,6 +110,6 @@ def _root_of_covariance(item: ModalFit) -> FloatArray:
     steps = UNSURE_SIZES.difference_step * np.eye(len(logs))
     slopes = [(likelihood.at(sizes_of(logs + own))[1] - likelihood.at(sizes_of(logs - own))[1]) for own in steps]
     curvature = -np.array(slopes) / (2 * UNSURE_SIZES.difference_step)
-    scaled = LOG_SPREADS[:, None] * (curvature + curvature.T) / 2 * LOG_SPREADS  # in units of the priors
+    scaled = LOG_ROOT.T @ ((curvature + curvature.T) / 2) @ LOG_ROOT  # in units of the priors
     values, vectors = np.linalg.eigh(scaled)
-    return np.asarray(LOG_SPREADS[:, None] * vectors / np.sqrt(1 + np.maximum(values, 0.0)))
+    return np.asarray(LOG_ROOT @ vectors / np.sqrt(1 + np.maximum(values, 0.0)))
