@@ -83,7 +83,8 @@ class ErrorSizes:
 LOG_MEDIANS = np.log(ErrorSizes().values)
 LOG_SPREADS = np.array([item.metadata["spread"] for item in fields(ErrorSizes)])
 SIZE_NAMES = tuple(item.name for item in fields(ErrorSizes))
-NOMINAL_SCALES = tuple(SIZE_NAMES.index(name) for name in ("stiffness_scale", "mass_scale"))
+NOMINAL_KINDS = ("stiffness", "mass")
+NOMINAL_SCALES = tuple(SIZE_NAMES.index(f"{kind}_scale") for kind in NOMINAL_KINDS)
 # Who drew stiffnesses far off drew masses far off, too: three masses alone hardly tell by how much. The correlation of
 # the logarithms of both scales.
 SCALES_ALIKE = 0.8

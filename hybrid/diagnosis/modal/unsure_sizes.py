@@ -10,9 +10,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.modal.config import UNSURE_SIZES
-from hybrid.diagnosis.modal.error_sizes import LOG_LOWER, LOG_ROOT, LOG_UPPER, NOMINAL_SCALES, sizes_of
+from hybrid.diagnosis.modal.error_sizes import (
+    LOG_LOWER,
+    LOG_ROOT,
+    LOG_UPPER,
+    NOMINAL_KINDS,
+    NOMINAL_SCALES,
+    sizes_of,
+)
 from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -88,7 +95,9 @@ def _drawn_scales(
 ) -> FloatArray:
     """Return logarithms of the scales (draw, scale), as likely as the modes say where the ``others`` go ``along``."""
     likelihood, scales = Likelihood(item.rows, item.residual), list(NOMINAL_SCALES)
-    sides = [np.linspace(LOG_LOWER[own], LOG_UPPER[own], UNSURE_SIZES.grid) for own in scales]
+    sides = [
+        np.linspace(LOG_LOWER[own], most, UNSURE_SIZES.grid) for own, most in zip(scales, _largest(item), strict=True)
+    ]
     cells = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(scales))
     density = np.empty(len(cells))
     for number, cell in enumerate(cells):
@@ -102,6 +111,13 @@ def _drawn_scales(
     chosen = cells[np.searchsorted(shares, even * shares[-1])]
     width = np.array([side[1] - side[0] for side in sides])
     return np.asarray(rng.permutation(chosen + width * (rng.random(chosen.shape) - 0.5)))
+
+
+def _largest(item: ModalFit) -> FloatArray:
+    """Return the logarithms of the largest scales (scale,) that are drawn, none below the most likely one."""
+    kinds, scales = np.array(item.rows.kinds), list(NOMINAL_SCALES)
+    stated = np.array([item.rows.spread[kinds == kind].max(initial=TINY) for kind in NOMINAL_KINDS])
+    return np.clip(np.log(UNSURE_SIZES.max_deviation / stated), np.log(item.sizes.values)[scales], LOG_UPPER[scales])
 
 
 def _root_of_covariance(item: ModalFit) -> FloatArray:
