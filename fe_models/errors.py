@@ -46,12 +46,17 @@ class OutputError(InputError):
 
 def printable(text: str, most: int = MOST_CHARACTERS) -> str:
     """Return ``text`` in one line of at most ``most`` characters, its middle left out, and control codes spelt out."""
-    if len(text) > most:
-        end = (most - len(LEFT_OUT)) // 3  # where a message says what was expected
-        text = text[: most - len(LEFT_OUT) - end] + LEFT_OUT + text[len(text) - end :]
+    text = _shortened(text, most)
     if text.isprintable():
         return text
-    return "".join(_spelt_out(character) for character in " ".join(text.splitlines()))
+    return _shortened("".join(_spelt_out(character) for character in " ".join(text.splitlines())), most)
+
+
+def _shortened(text: str, most: int) -> str:
+    if len(text) <= most:
+        return text
+    end = (most - len(LEFT_OUT)) // 3  # where a message says what was expected
+    return text[: most - len(LEFT_OUT) - end] + LEFT_OUT + text[len(text) - end :]
 
 
 def _spelt_out(character: str) -> str:

@@ -31,8 +31,8 @@ def draw_stabilisation(path: Path, dataset: Dataset, compared: Compared) -> Path
             frequencies, power = averaged_power(data, rate, AVERAGES if observed.found.is_ambient else FEW)
             behind = axis.twinx()
             behind.semilogy(frequencies[1:], power[1:], color="#BBBBBB", linewidth=0.9)
-            behind.set_yticks([], minor=False)
-            behind.tick_params(which="both", right=False)
+            for minor in (False, True):  # a logarithmic axis would lay out hundreds of ticks that nobody sees
+                behind.set_yticks([], minor=minor)
             behind.spines["right"].set_visible(False)
             axis.set_zorder(behind.get_zorder() + 1)
             axis.patch.set_visible(False)
