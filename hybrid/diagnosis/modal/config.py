@@ -115,7 +115,7 @@ class ConclusionConfig:
 
     normal_sigma: float = 3.0  # stated standard deviations: as far off as values of a few dozen are by chance
     min_probability: float = 0.9  # that a group is farther off than that, from which on it is a finding
-    even: float = 0.5  # ... and where values as a whole are surely off by much more than was stated
+    even: float = 0.5  # ... beside something unknown, which may move the same modes
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
     min_paired: float = 0.5  # of the measured modes: a structure that has fewer is not one that is right

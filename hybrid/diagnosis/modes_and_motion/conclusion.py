@@ -32,7 +32,7 @@ from hybrid.diagnosis.modes_and_motion.modal_findings import (
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, notes_on_modes, notes_on_motion
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
-from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_found_off
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_off_beside
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -247,7 +247,7 @@ def _groups_off(measured: ModalData, best: ModalFit, unknown: Unknown | None) ->
     nominal, found = measured.nominal, []
     errors, total = np.sqrt(np.diag(best.covariance)), best.theta[: best.nuisances] + measured.offset
     every = tuple(own.name for own in measured.recordings)
-    for number, surely in parts_found_off(measured, best, unknown).items():
+    for number, surely in parts_off_beside(measured, best, unknown).items():
         part, error = nominal.parts[number], errors[number]
         factor = float(np.exp(total[number]))
         kind = StiffnessChange if part.quantity == "stiffness" else MassChange

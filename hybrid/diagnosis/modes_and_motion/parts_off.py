@@ -1,6 +1,5 @@
 """Which nominal parts are off by more than is normal, by their own uncertainty, and beside something unknown."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,7 +7,6 @@ from scipy.stats import norm
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.modal.config import CONCLUSION
-from hybrid.diagnosis.modal.error_sizes import NOMINAL_KINDS, SCALE_OF
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modes_and_motion.unsure_modes import moved_by_unknown
@@ -28,33 +26,28 @@ def parts_surely_off(measured: ModalData, fit: ModalFit) -> dict[int, float]:
     """Return which of the nominal parts are surely off by more than is normal, by number, and how probable that is of
     each by its own uncertainty.
     """
-    return _parts(measured, _probability_off(measured, fit), {})
-
-
-def parts_found_off(measured: ModalData, fit: ModalFit, unknown: Unknown | None) -> dict[int, float]:
-    """Return which of the nominal parts are found to be off, by number, and how probable it is that each is off by more
-    than is normal: by its own uncertainty, and by that of modes which something ``unknown`` may move.
-
-    Where values of a quantity are off as a whole by what is worth a note, that each of them is more probable than not
-    is enough: what they have in common may be unsure, and yet one or the other is off.
-    """
     surely = _probability_off(measured, fit)
-    if unknown is not None and unknown.probability > 0:
-        unsure = replace(measured, recordings=tuple(moved_by_unknown(own, unknown.size) for own in measured.recordings))
-        again = fit_claim(unsure, fit.claim, fit.theta, fit.sizes, inflation=fit.inflation)
-        beside = np.zeros_like(surely) if again is None else _probability_off(unsure, again)
-        surely = surely + unknown.probability * np.minimum(beside - surely, 0.0)
-    noted = [kind for kind in NOMINAL_KINDS if getattr(fit.sizes, SCALE_OF[kind]) > CONCLUSION.worth_a_note]
-    return _parts(measured, surely, dict.fromkeys(noted, CONCLUSION.even))
-
-
-def _parts(measured: ModalData, surely: FloatArray, least: Mapping[str, float]) -> dict[int, float]:
-    """Return the probability of each nominal part that is off with at least that of its quantity, by number."""
     return {
         number: float(surely[number])
         for number, part in enumerate(measured.nominal.parts)
-        if surely[number] >= least.get(part.quantity, CONCLUSION.min_probability) and (part.elements or part.group)
+        if surely[number] >= CONCLUSION.min_probability and (part.elements or part.group)
     }
+
+
+def parts_off_beside(measured: ModalData, fit: ModalFit, unknown: Unknown | None) -> dict[int, float]:
+    """Return which of the parts that are surely off are so more probably than not beside something ``unknown`` that may
+    move the same modes, by number, with that probability.
+    """
+    surely = parts_surely_off(measured, fit)
+    if unknown is None or not surely:
+        return surely
+    unsure = replace(measured, recordings=tuple(moved_by_unknown(own, unknown.size) for own in measured.recordings))
+    again = fit_claim(unsure, fit.claim, fit.theta, fit.sizes, inflation=fit.inflation)
+    beside = np.zeros(len(measured.nominal.parts)) if again is None else _probability_off(unsure, again)
+    found = {
+        number: own + unknown.probability * min(float(beside[number]) - own, 0.0) for number, own in surely.items()
+    }
+    return {number: own for number, own in found.items() if own >= CONCLUSION.even}
 
 
 def _probability_off(measured: ModalData, fit: ModalFit) -> FloatArray:
