@@ -209,5 +209,5 @@ def test_an_interrupt_ends_compiled_work_within_a_second(tmp_path: Path) -> None
     took = time.monotonic() - begun
     assert said.count("Traceback") == 1  # the parent's own
     assert said.strip().endswith("KeyboardInterrupt")
-    assert alive(run.pid) == []
+    wait_for(lambda: alive(run.pid) == [])  # the last of them may be a moment behind
     assert took < 3.0  # 0.2 s; those that do not end by themselves are killed after 3 s each
