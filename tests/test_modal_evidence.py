@@ -26,7 +26,7 @@ from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.search import Search, probabilities
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
-from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_off_beside, parts_surely_off
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside, parts_surely_off
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
 
@@ -289,6 +289,19 @@ def test_one_frequency_that_is_identified_wrongly_moves_no_value(dataset: Datase
     assert max(own.frequency for place, own in found.inflation.items() if place != (1, 2)) < 1.5
     errors = np.sqrt(np.diag(clean.covariance))
     assert np.abs((found.theta - clean.theta) / errors).max() < 1.2  # under a normal distribution: 1.7
+
+
+@pytest.mark.parametrize(
+    ("factors", "throughout"), [((1.0, 0.7, 1.0, 1.0, 1.0), False), ((1.2, 0.75, 1.3, 1.0, 0.8), True)]
+)
+def test_a_structure_is_off_throughout_where_most_springs_are(
+    dataset: Dataset, factors: tuple[float, ...], throughout: bool
+) -> None:
+    rng = np.random.default_rng(42)
+    measured = measured_of(dataset, *(modes_of(chain(np.array(factors)), name, rng) for name in ("before", "after")))
+    null = null_fit(measured)
+    assert null is not None
+    assert is_off_throughout(measured, null) == throughout
 
 
 def test_springs_are_as_surely_off_as_what_is_unknown_lets_them(dataset: Dataset) -> None:

@@ -32,7 +32,7 @@ from hybrid.diagnosis.modes_and_motion.modal_findings import (
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, notes_on_modes, notes_on_motion
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
-from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, parts_off_beside
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -65,13 +65,14 @@ class ModalDiagnosis:
     competed: tuple[str, ...] = ()  # kinds of causes
     considered: tuple[ConsideredHypothesis, ...] = ()  # by modes, most probable first
     considered_laws: tuple[ConsideredHypothesis, ...] = ()  # where laws were sought
+    off_throughout: bool = False  # whether most of its stiffnesses are off, of a frame, however sure each is
     strays: bool = False  # whether the motion is not that of constant values, by more than any law explains
     identified: Mapping[str, Identification] = field(default_factory=dict)  # in the recordings, by their names
 
     @property
     def is_far(self) -> bool:
-        """Whether the structure is off in more than one place by more than was stated."""
-        return self.groups >= SEARCH_CHOICE.far_groups
+        """Whether the structure is off in more than one place by more than was stated, wherever that is."""
+        return self.groups >= SEARCH_CHOICE.far_groups or self.off_throughout
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:
@@ -140,6 +141,7 @@ def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDia
         has_motion=motion is not None,
         forecasts=forecasts,
         groups=len(groups),
+        off_throughout=not measured.nominal.is_chain and is_off_throughout(measured, best),
         next_measurement=next_by_modes(measured, fits, probability, present),
         considered=considered_by_modes(measured, fits, probability),
         considered_laws=() if laws is None else considered_laws(laws),

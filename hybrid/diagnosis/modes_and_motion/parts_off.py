@@ -50,6 +50,16 @@ def parts_off_beside(measured: ModalData, fit: ModalFit, unknown: Unknown | None
     return {number: own for number, own in found.items() if own >= CONCLUSION.even}
 
 
+def is_off_throughout(measured: ModalData, fit: ModalFit) -> bool:
+    """Return whether most of the stiffnesses fit best where they are off by more than is normal: what they have in
+    common may be unsure, and with it each of them, but one cause at one place moves few.
+    """
+    nominal = measured.nominal
+    own = [number for number, part in enumerate(nominal.parts) if part.quantity == "stiffness"]
+    total = (fit.theta[: fit.nuisances] + measured.offset)[own]
+    return bool(np.median(np.abs(total) / nominal.spread[own]) > CONCLUSION.normal_sigma) if own else False
+
+
 def _probability_off(measured: ModalData, fit: ModalFit) -> FloatArray:
     """Return how probable it is that each nominal part (part,) is off by more than is normal."""
     nominal = measured.nominal
