@@ -320,6 +320,7 @@ def test_springs_are_as_surely_off_as_what_is_unknown_lets_them(dataset: Dataset
     assert found(0.0, 0.5) == pytest.approx(surely)
     assert found(1.0, 1e-4) == pytest.approx(surely, abs=0.01)  # less than modes err
     half = found(0.5, 0.3)  # frequencies by a third: springs by two thirds
+    assert half
     assert all(0.5 <= probability < surely[part] for part, probability in half.items())
     assert max(half.values(), default=0.0) < 0.9
     assert set(found(1.0, 0.3)) <= set(half)

@@ -69,7 +69,7 @@ class FitConfig:
     start_spread: float = 0.15  # ... as far off, of factors' logarithms, as values of drawings may be, ...
     element_scales: tuple[float, ...] = (1.0, 30.0)  # in turn: the search for sizes stays near where it begins
     null_agreeing: int = 3  # ... until so many lead to the best, ...
-    same_nats: float = 1.0  # ... or as near to it
+    same_nats: float = 1.0  # ... or as near to it; and as good with the modes of a nearer structure as basis
     difference_step: float = 1e-5  # of a prior standard deviation: modes change by 1e-7 of themselves
     max_log_step: float = 0.3  # of a factor's logarithm in one step
     converged_log_step: float = 1e-3
@@ -105,7 +105,7 @@ class UnsureSizesConfig:
     draws: int = 32  # of sizes: standard deviations to some per cent
     # of factors' logarithms, one standard deviation: a drawing that is farther off is of another structure
     max_deviation: float = 0.5
-    grid: int = 21  # of a scale's logarithm, between its bounds: steps of half a unit
+    grid: int = 21  # of a scale's logarithm, between its bounds: steps of half a unit at most
     difference_step: float = 0.05  # of a size's logarithm
 
 
