@@ -6,7 +6,7 @@ from typing import Literal
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import BoolArray, FloatArray, IntArray
 from fe_models.base_motion import Along, BaseMotion
 from fe_models.directions import AnyDirection, components
 from fe_models.errors import InputError
@@ -52,6 +52,11 @@ class Sensor:
     def turns(self) -> bool:
         """Whether it senses a rotation."""
         return self.direction in ROTATIONS
+
+
+def derivative_orders(sensors: Sequence[Sensor]) -> IntArray:
+    """Return how often each sensor's signal is the derivative of a displacement, (sensor,)."""
+    return np.array([QUANTITIES.index(sensor.quantity) for sensor in sensors], dtype=int)
 
 
 def of_each_quantity(sensors: Sequence[Sensor]) -> BoolArray:

@@ -23,6 +23,7 @@ IDENTIFIED = IdentifiedModes(
     covariance=np.tile(1e-6 * np.eye(6), (3, 1, 1)),
     energy=np.array([0.6, 0.1, 0.25]),
     left=0.05,
+    orders=np.zeros(2, dtype=int),
 )
 POLES = Stabilisation(np.array([2]), IDENTIFIED.roots[:1], IDENTIFIED.shapes.T[:1], np.array([0]))
 CURVES = (

@@ -9,12 +9,14 @@ from benchmarks.shear_frame import frame_modes, frame_recording
 from fe_models.arrays import FloatArray
 from fe_models.files.dataset_file import load_dataset
 from fe_models.four_dof_data import paper_dataset
+from fe_models.recordings import derivative_orders
 from hybrid.identification.excitation import Course, course_of
 from hybrid.identification.identification import identify
 
 CASE = Path(__file__).parents[2] / "shared" / "cases" / "ambient_as_free_decay" / "ambient.toml"
 FRAME = frame_modes()
 FIRST, RATE = float(FRAME.frequencies[0]), 20.0
+ALIKE = np.zeros(5, dtype=int)  # sensors that all show one quantity
 
 
 def decay(seconds: float, seed: int = 0, noise: float = 0.03, strikes: tuple[float, ...] = (0.0,)) -> FloatArray:
@@ -81,7 +83,8 @@ def test_motions_that_are_not_linear_are_free_all_the_same() -> None:
 def test_ambient_data_called_free_decays_are_noticed() -> None:
     dataset = load_dataset(CASE)
     for recording in dataset.recordings:
-        found = identify(list(recording.data), dataset.rate_of(recording), FIRST, 50.0, recording.excitation)
+        orders = derivative_orders(dataset.sensors)
+        found = identify(list(recording.data), dataset.rate_of(recording), FIRST, 50.0, orders, recording.excitation)
         assert found.is_ambient
         assert found.note == "although nothing is said of what moved it: it does not die away, so something drives it"
         ratios = found.modes.ratios
@@ -92,11 +95,11 @@ def test_ambient_data_called_free_decays_are_noticed() -> None:
 
 def test_what_is_stated_needs_no_note() -> None:
     data = frame_recording(0, 2000)
-    assert identify([data], RATE, FIRST, RATE / 2, "ambient").note == ""
-    stated = identify([data], RATE, FIRST, RATE / 2, "free")
+    assert identify([data], RATE, FIRST, RATE / 2, ALIKE, "ambient").note == ""
+    stated = identify([data], RATE, FIRST, RATE / 2, ALIKE, "free")
     assert stated.is_ambient
     assert stated.note.startswith("although it is called a free decay")
-    free = identify([decay(60.0)], RATE, FIRST, RATE / 2)
+    free = identify([decay(60.0)], RATE, FIRST, RATE / 2, ALIKE)
     assert not free.is_ambient
     assert free.note == ""
-    assert len(identify([data], RATE, FIRST, RATE / 2, "ambient", count=2).modes.roots) == 2
+    assert len(identify([data], RATE, FIRST, RATE / 2, ALIKE, "ambient", count=2).modes.roots) == 2

@@ -29,7 +29,8 @@ def shares_unexplained(
     shares = np.empty((len(models), len(recordings)))
     for i, model in enumerate(models):
         decays = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, mode)
-        columns = np.einsum("tpl,sl->tspl", decays, model.real_shapes).reshape(samples * len(model.real_shapes), -1)
+        waves = (decays[:, 0] - 1j * decays[:, 1])[:, None] * (model.phases[:, None] * model.real_shapes)
+        columns = np.stack([waves.real, waves.imag], axis=2).reshape(samples * len(model.real_shapes), -1)
         basis, _ = np.linalg.qr(columns)
         for j, data in enumerate(recordings):
             count = len(data) // samples

@@ -16,37 +16,35 @@ from math import ceil
 import numpy as np
 from scipy.signal import decimate, detrend
 
-from fe_models.arrays import TINY, BoolArray, ComplexArray, FloatArray
+from fe_models.arrays import TINY, BoolArray, ComplexArray, FloatArray, IntArray
 from hybrid.identification.config import AMBIENT, FREE_DECAY, HARMONIC, STABILISATION
 from hybrid.identification.covariance_subspace import CovarianceSubspace, PolesOfOrder
-from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
+from hybrid.identification.identified_modes import IdentifiedModes, no_modes
 from hybrid.identification.output_correlations import Correlations, correlations_of
 from hybrid.identification.stabilisation import Stabilisation, vibrates
 
 
 def modes_of_band(
-    motions: Sequence[FloatArray], rate: float, first: float, highest: float
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray
 ) -> tuple[IdentifiedModes, Stabilisation]:
     """Return the modes of ``motions`` (time, sensor) up to ``highest`` Hz, lines of machines among them.
 
     Their energy is over that of all frequencies up to there. See `identify_ambient_modes`.
     """
     thinned, rate = thinned_to(motions, rate, highest)
-    sensors = thinned[0].shape[1]
     rms = np.sqrt(np.mean(np.concatenate(thinned) ** 2, axis=0))
     scale = np.where(rms > 0, rms, 1.0)
     rows = min(ceil(AMBIENT.row_periods * rate / first), _most_rows(thinned))
     lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
     if rows < 2 or not rms.any():
-        return no_modes(sensors), _stabilised([], rate, (lowest, highest), scale)
+        return no_modes(orders), _stabilised([], rate, (lowest, highest), scale)
     found = correlations_of([part / scale for part in thinned], 2 * rows, AMBIENT.segments)
     subspace = CovarianceSubspace.of(found)
     enough = 2 * ceil(subspace.significant(samples_that_count(thinned)) / 2)
-    most = min(enough + max(enough, AMBIENT.min_further_orders), rows * sensors)
-    orders = range(STABILISATION.order_step, most + 1, STABILISATION.order_step)
-    poles = [subspace.poles(order) for order in orders]
+    most = min(enough + max(enough, AMBIENT.min_further_orders), rows * len(orders))
+    poles = [subspace.poles(order) for order in range(STABILISATION.order_step, most + 1, STABILISATION.order_step)]
     stabilised = _stabilised(poles, rate, (lowest, highest), scale, enough)
-    modes = _modes(stabilised, subspace, {own.order: own for own in poles if own.order >= enough}, rate, scale)
+    modes = _modes(stabilised, subspace, {own.order: own for own in poles if own.order >= enough}, rate, scale, orders)
     modes = _with_energy(modes.take(_is_known(modes)), found, rate, scale)
     return modes.take(modes.energy > AMBIENT.least_energy), stabilised
 
@@ -122,11 +120,11 @@ def _modes(
     poles: dict[int, PolesOfOrder],
     rate: float,
     scale: FloatArray,
+    orders: IntArray,
 ) -> IdentifiedModes:
     """Return the stable modes: of each the pole in the middle of its kind, with its covariance."""
     sensors = len(scale)
     count = int(stabilised.mode.max(initial=-1)) + 1
-    found = no_modes(sensors)
     roots, shapes = np.zeros(count, dtype=complex), np.zeros((sensors, count), dtype=complex)
     reference, covariance = np.zeros(count, dtype=int), np.zeros((count, 2 + 2 * sensors, 2 + 2 * sensors))
     for mode in range(count):
@@ -137,7 +135,7 @@ def _modes(
         roots[mode] = stabilised.roots[chosen]
         reference[mode] = np.argmax(np.abs(order.shapes[pole]))
         shapes[:, mode], covariance[mode] = _with_covariance(subspace, order, pole, rate, scale, int(reference[mode]))
-    return IdentifiedModes(roots, shapes, reference, covariance, np.zeros(count), found.left)
+    return IdentifiedModes(roots, shapes, reference, covariance, np.zeros(count), 1.0, orders)
 
 
 def _in_the_middle(roots: ComplexArray) -> int:
@@ -165,7 +163,7 @@ def _is_known(found: IdentifiedModes) -> BoolArray:
     entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
     usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0, initial=0)
     sure = np.sqrt(found.scatter[:, 0, 0]) < AMBIENT.max_frequency_error
-    in_phase = phase_collinearity(found.shapes) >= FREE_DECAY.min_phase_collinearity
+    in_phase = found.collinearity >= FREE_DECAY.min_phase_collinearity
     return np.asarray(sure & in_phase & (usual < FREE_DECAY.max_shape_error))
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.modes import mac
 from hybrid.identification.ambient_band import lack_of_rows, modes_of_band, thinned_to
 from hybrid.identification.config import AMBIENT, FREE_DECAY
@@ -28,17 +28,21 @@ class AmbientModes:
     harmonics: tuple[Harmonic, ...] = ()
 
 
-def identify_ambient_modes(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> AmbientModes:
+def identify_ambient_modes(
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray | None = None
+) -> AmbientModes:
     """Return the modes of ``motions`` (time, sensor), sampled at ``rate`` Hz, up to ``highest`` Hz.
 
     ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long correlations last.
+    ``orders`` (sensor,): of the derivatives of displacements that sensors show; left out, all show one quantity.
     """
+    orders = np.zeros(motions[0].shape[1], dtype=int) if orders is None else orders
     thinned, rate = thinned_to(motions, rate, highest)
-    modes, stabilisation = modes_of_band(thinned, rate, first, highest)
+    modes, stabilisation = modes_of_band(thinned, rate, first, highest, orders)
     top = highest
     while lack_of_rows(thinned, rate, first, top) > AMBIENT.max_lack_of_rows:
         top /= AMBIENT.band_ratio
-        slow, poles = modes_of_band(thinned, rate, first, (1 + AMBIENT.band_overlap) * top)
+        slow, poles = modes_of_band(thinned, rate, first, (1 + AMBIENT.band_overlap) * top, orders)
         modes = _joined(_of_all(slow, thinned, rate, top), modes, top)
         stabilisation = _both(poles, stabilisation, top)
     lines, harmonics = harmonics_among(modes, thinned, rate)
@@ -70,6 +74,7 @@ def _joined(slow: IdentifiedModes, fast: IdentifiedModes, top: float) -> Identif
         np.concatenate([slow.covariance, fast.covariance]),
         energy,
         float(max(1 - energy.sum(), 0.0)),
+        slow.orders,
     )
 
 

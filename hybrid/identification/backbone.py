@@ -34,7 +34,7 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
     It ends where the motion has become too small to tell a frequency, and is empty where the recording holds no more
     than one span.
     """
-    frequency, shape = modes.frequencies[mode], modes.real_shapes[:, mode]
+    frequency, shape = modes.frequencies[mode], modes.phases * modes.real_shapes[:, mode]
     longest = max(
         min(BACKBONE.span_periods, BACKBONE.max_span_share * len(data) / rate * frequency), BACKBONE.min_span_periods
     )
@@ -48,7 +48,8 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
         part = data[begin : begin + span]
         root = fit_roots(part, own, rate, others)
         amplitudes, _ = amplitudes_of(part, np.concatenate([root, others]), rate)
-        middle = np.abs(amplitudes[0] @ shape) / (shape @ shape) * np.exp(root[0].real * span / 2 / rate)
+        begins = np.abs(amplitudes[0] @ shape.conj()) / np.linalg.norm(shape) ** 2
+        middle = begins * np.exp(root[0].real * span / 2 / rate)
         if rows and middle < BACKBONE.min_amplitude_share * max(row[0] for row in rows):
             break
         found, size = complex(root[0]), float(abs(root[0]))

@@ -11,7 +11,7 @@ from enum import Enum
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.spectra import power_spectrum
 from hybrid.identification.ambient_modes import identify_ambient_modes
 from hybrid.identification.config import EXCITATION
@@ -33,10 +33,13 @@ class Course(Enum):
         return self in (Course.DIES_AWAY, Course.UNTOLD)
 
 
-def course_of(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> Course:
+def course_of(
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray | None = None
+) -> Course:
     """Return how ``motions`` (time, sensor), sampled at ``rate`` Hz, go on.
 
     ``first`` and ``highest``: the structure's lowest natural frequency, and up to where recordings go, Hz.
+    ``orders`` (sensor,): of the derivatives of displacements that sensors show; left out, all show one quantity.
     """
     parts = [np.asarray(part, dtype=float) - np.mean(part, axis=0) for part in motions]
     scale = np.sqrt(np.mean(np.concatenate(parts) ** 2, axis=0))
@@ -45,7 +48,7 @@ def course_of(motions: Sequence[FloatArray], rate: float, first: float, highest:
         return Course.STARTS_AGAIN
     if _fall(parts) > EXCITATION.largest_fall * EXCITATION.most_decay:
         return Course.DIES_AWAY  # without any work
-    return _course_of_modes(parts, rate, first, highest)
+    return _course_of_modes(parts, rate, first, highest, orders)
 
 
 def _starts_again(part: FloatArray) -> bool:
@@ -67,9 +70,11 @@ def strongest_line(part: FloatArray) -> int:
     return max(int(np.argmax(power_spectrum(part).sum(axis=1))), 1)
 
 
-def _course_of_modes(motions: Sequence[FloatArray], rate: float, first: float, highest: float) -> Course:
+def _course_of_modes(
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray | None
+) -> Course:
     """Return whether the power of the modes falls far less than free decays would let it."""
-    modes = identify_ambient_modes(motions, rate, first, highest).modes
+    modes = identify_ambient_modes(motions, rate, first, highest, orders).modes
     expected = -2 * modes.roots.real * float(np.mean([len(part) for part in motions])) / rate * 2 / 3
     tested = np.flatnonzero(expected > EXCITATION.least_decay)
     energy = modes.energy[tested]

@@ -12,10 +12,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, ComplexArray, FloatArray
+from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.modes import mac
 from hybrid.identification.config import FREE_DECAY
-from hybrid.identification.identified_modes import IdentifiedModes, no_modes, phase_collinearity
+from hybrid.identification.identified_modes import IdentifiedModes, no_modes
 from hybrid.identification.mode_uncertainty import covariance_of, is_above_noise, left_by, noise_at
 from hybrid.identification.shared_modes import Linearised, SharedModes, fit_shared_modes
 from hybrid.identification.stabilisation import Stabilisation, stabilisation_of
@@ -26,38 +26,38 @@ def identify_modes(
 ) -> IdentifiedModes:
     """Return the modes of a recording up to ``highest`` Hz; with ``count`` the strongest, at most so many.
 
-    ``motions``: one free decay (time, sensor), or several that share their modes. ``first``: the structure's lowest
-    natural frequency, Hz, which says what is a drift, and how long to look.
+    ``motions``: one free decay (time, sensor), or several that share their modes, of sensors that all show one
+    quantity. ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long to look.
     """
     parts = [motions] if isinstance(motions, np.ndarray) and motions.ndim == 2 else list(motions)
-    found, _ = identify_free_decay(parts, rate, first, highest)
+    found, _ = identify_free_decay(parts, rate, first, highest, np.zeros(parts[0].shape[1], dtype=int))
     return found if count is None else found.strongest(count)
 
 
 def identify_free_decay(
-    motions: Sequence[FloatArray], rate: float, first: float, highest: float
+    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray
 ) -> tuple[IdentifiedModes, Stabilisation]:
     """Return the modes of free decays (time, sensor), by frequency, and the poles that their fit began with.
 
-    See `identify_modes`.
+    ``orders`` (sensor,): of the derivatives of displacements that sensors show. See `identify_modes`.
     """
     parts = [np.asarray(part, dtype=float) for part in motions]
     lowest = min(FREE_DECAY.min_frequency_hz, FREE_DECAY.min_frequency_hz * first)
     stabilisation = stabilisation_of(parts, rate, first, (lowest, highest))
     rms = np.sqrt(np.mean(np.concatenate([part - part.mean(axis=0) for part in parts]) ** 2, axis=0))
     rms = np.where(rms > 0, rms, 1.0)
-    found = _settled(parts, rate, *stabilisation.modes, rms)
+    found = _settled(parts, rate, *stabilisation.modes, rms, orders)
     return found.take(np.argsort(np.abs(found.roots))), stabilisation
 
 
 def _settled(
-    parts: list[FloatArray], rate: float, roots: ComplexArray, shapes: ComplexArray, rms: FloatArray
+    parts: list[FloatArray], rate: float, roots: ComplexArray, shapes: ComplexArray, rms: FloatArray, orders: IntArray
 ) -> IdentifiedModes:
     """Return the modes that are left when those that are none have gone, and the noise is what they leave."""
-    noise, found, kept = rms, no_modes(len(rms)), np.zeros(0, dtype=bool)
+    noise, found, kept = rms, no_modes(orders), np.zeros(0, dtype=bool)
     for _ in range(FREE_DECAY.max_rounds):
         if not len(roots):
-            return no_modes(len(rms))
+            return no_modes(orders)
         start = SharedModes.of(roots, shapes, noise)
         modes, linear = fit_shared_modes(parts, rate, start, noise)
         left = left_by(parts, rate, modes, linear, noise)
@@ -67,7 +67,8 @@ def _settled(
         total = max(sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in parts), np.finfo(float).tiny)
         rest = sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in left)
         share = energy.sum(axis=1) / total
-        found = IdentifiedModes(modes.roots, modes.shapes.T, modes.reference, covariance, share, min(rest / total, 1.0))
+        unexplained = min(rest / total, 1.0)
+        found = IdentifiedModes(modes.roots, modes.shapes.T, modes.reference, covariance, share, unexplained, orders)
         kept = _is_known(found) & is_above_noise(energy / noise**2, level, lines, sum(map(len, parts)))
         roots, shapes = _joined(parts, rate, found.take(kept), rms)
         after = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
@@ -96,7 +97,7 @@ def _is_known(found: IdentifiedModes) -> BoolArray:
     entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
     usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0)
     sure = np.sqrt(found.scatter[:, 0, 0]) < FREE_DECAY.max_frequency_error
-    in_phase = phase_collinearity(found.shapes) >= FREE_DECAY.min_phase_collinearity
+    in_phase = found.collinearity >= FREE_DECAY.min_phase_collinearity
     damped = found.ratios < 0.99 * FREE_DECAY.max_damping_ratio
     return np.asarray(sure & in_phase & damped & (usual < FREE_DECAY.max_shape_error))
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import Excitation
 from hybrid.identification.ambient_modes import identify_ambient_modes
 from hybrid.identification.excitation import Course, course_of
@@ -40,6 +40,7 @@ def identify(
     rate: float,
     first: float,
     highest: float,
+    orders: IntArray,
     excitation: Excitation | None = None,
     count: int | None = None,
 ) -> Identification:
@@ -47,15 +48,16 @@ def identify(
     many.
 
     ``motions``: (time, sensor) each, sampled at ``rate`` Hz, of one state of the structure. ``first``: its lowest
-    natural frequency, Hz. ``excitation``: what the user says moved it. Data that do not die away, or start again, are
-    no free decay, whatever is said.
+    natural frequency, Hz. ``orders`` (sensor,): of the derivatives of displacements that sensors show.
+    ``excitation``: what the user says moved it. Data that do not die away, or start again, are no free decay, whatever
+    is said.
     """
     parts = [np.asarray(part, dtype=float) for part in motions]
-    course = Course.GOES_ON if excitation == "ambient" else course_of(parts, rate, first, highest)
+    course = Course.GOES_ON if excitation == "ambient" else course_of(parts, rate, first, highest, orders)
     if course.may_be_free:
-        modes, stabilisation = identify_free_decay(parts, rate, first, highest)
+        modes, stabilisation = identify_free_decay(parts, rate, first, highest, orders)
         return Identification(modes if count is None else modes.strongest(count), stabilisation, is_ambient=False)
-    found = identify_ambient_modes(parts, rate, first, highest)
+    found = identify_ambient_modes(parts, rate, first, highest, orders)
     modes = found.modes if count is None else found.modes.strongest(count)
     note = "" if excitation == "ambient" else f"although {SAID[excitation]}: it {course.value}"
     return Identification(modes, found.stabilisation, True, found.harmonics, note)

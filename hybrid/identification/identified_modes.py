@@ -12,7 +12,8 @@ class IdentifiedModes:
     """``roots`` (mode,), rad/s, by frequency, and complex ``shapes`` (sensor, mode), their ``reference`` (mode,) entry
     one. ``covariance`` (mode, parameter, parameter) of Re s, Im s, then Re and Im of each entry of the shape.
     ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that
-    all of them do not explain.
+    all of them do not explain. ``orders`` (sensor,): how often each signal is the derivative of a displacement, zeros
+    where all show one quantity.
     """
 
     roots: ComplexArray
@@ -21,6 +22,12 @@ class IdentifiedModes:
     covariance: FloatArray
     energy: FloatArray
     left: float
+    orders: IntArray
+
+    @property
+    def phases(self) -> ComplexArray:
+        """What a sensor's signal is multiplied by where the displacement is real, (sensor,): 1, i or -1."""
+        return np.asarray(1j**self.orders)
 
     @property
     def frequencies(self) -> FloatArray:
@@ -53,10 +60,19 @@ class IdentifiedModes:
 
     @property
     def real_shapes(self) -> FloatArray:
-        """Real shapes (sensor, mode), their largest entry one: turned to the phase that most sensors share."""
-        turned = np.real(self.shapes * np.exp(-0.5j * np.angle(np.sum(self.shapes**2, axis=0))))
+        """Real shapes (sensor, mode), their largest entry one: turned to the phase that most sensors share.
+
+        A velocity's entry is real although it is a quarter of a period ahead of the displacement, see ``phases``.
+        """
+        aligned = self.shapes / self.phases[:, None]
+        turned = np.real(aligned * np.exp(-0.5j * np.angle(np.sum(aligned**2, axis=0))))
         largest = np.argmax(np.abs(turned), axis=0)
         return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
+
+    @property
+    def collinearity(self) -> FloatArray:
+        """The `phase_collinearity` (mode,) of the shapes of displacements."""
+        return phase_collinearity(self.shapes / self.roots ** self.orders[:, None])
 
     def strongest(self, count: int) -> "IdentifiedModes":
         """Return the modes of most energy, at most so many, in the order that they have."""
@@ -71,13 +87,15 @@ class IdentifiedModes:
             self.covariance[kept],
             self.energy[kept],
             self.left,
+            self.orders,
         )
 
 
-def no_modes(sensors: int) -> IdentifiedModes:
-    """Return no modes."""
-    shapes, whole = np.zeros((sensors, 0), dtype=complex), 2 + 2 * sensors
-    return IdentifiedModes(shapes[0], shapes, np.zeros(0, dtype=int), np.zeros((0, whole, whole)), np.zeros(0), 1.0)
+def no_modes(orders: IntArray) -> IdentifiedModes:
+    """Return no modes of sensors whose signals are derivatives of such ``orders`` (sensor,)."""
+    shapes, whole = np.zeros((len(orders), 0), dtype=complex), 2 + 2 * len(orders)
+    none = np.zeros(0, dtype=int)
+    return IdentifiedModes(shapes[0], shapes, none, np.zeros((0, whole, whole)), np.zeros(0), 1.0, orders)
 
 
 def phase_collinearity(shapes: ComplexArray) -> FloatArray:

@@ -13,20 +13,16 @@ from scipy.optimize import linear_sum_assignment
 from scipy.stats import beta
 
 from fe_models.arrays import BoolArray, FloatArray
-from fe_models.recordings import Sensor
 from hybrid.identification.config import COMPARISON, PAIRING
-
-# what turns the shape of displacements into that of what is sensed, but for powers of the angular frequency
-SIGNS = {"displacement": (0, 1.0), "velocity": (1, 1.0), "acceleration": (2, -1.0)}
+from hybrid.identification.identified_modes import IdentifiedModes
 
 
-def displacements_of(shapes: FloatArray, frequencies: FloatArray, sensors: tuple[Sensor, ...]) -> FloatArray:
-    """Return shapes (sensor, mode) of displacements, their largest entry one, out of those of what ``sensors`` show.
+def displacements_of(modes: IdentifiedModes) -> FloatArray:
+    """Return the real shapes (sensor, mode) of displacements, their largest entry one.
 
-    ``frequencies`` (mode,), Hz. Sensors of one quantity keep their shapes; sensors of several become comparable.
+    Sensors of one quantity keep their shapes; sensors of several become comparable.
     """
-    orders, signs = np.array([SIGNS[sensor.quantity] for sensor in sensors]).T[..., None]
-    moved = shapes * signs / (2 * np.pi * frequencies) ** orders
+    moved = modes.real_shapes / (2 * np.pi * modes.frequencies) ** modes.orders[:, None]
     largest = np.argmax(np.abs(moved), axis=0)
     return np.asarray(moved / np.take_along_axis(moved, largest[None], axis=0))
 

@@ -12,7 +12,7 @@ from fe_models.linear import LinearModel
 from fe_models.mode_count import mode_count
 from fe_models.modes import mac, natural_modes
 from fe_models.progress import nothing
-from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.recordings import Dataset, Recording, derivative_orders
 from fe_models.sensing import seen
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
@@ -150,21 +150,27 @@ def _observed(
     found = known.get(recording.name)
     if found is None or len(found.modes.shapes) != len(dataset.sensors):
         moved_by = "measured" if recording.is_driven else recording.excitation
-        found = identify([data], rate, float(nominal[0]), _highest(dataset, recording), moved_by)
+        found = identify(
+            [data],
+            rate,
+            float(nominal[0]),
+            _highest(dataset, recording),
+            derivative_orders(dataset.sensors),
+            moved_by,
+        )
     found = replace(found, modes=found.modes.strongest(count))
-    return _paired(recording.name, found, len(data) / rate, dataset.sensors, model)
+    return _paired(recording.name, found, len(data) / rate, model)
 
 
 def _paired(
     name: str,
     found: Identification,
     lasts: float,
-    sensors: tuple[Sensor, ...],
     model: tuple[FloatArray, FloatArray],
 ) -> Observed:
     """Return what was ``found`` in a recording beside the ``model``'s frequencies and shapes."""
     (nominal, shapes), own = model, found.modes
-    moved = displacements_of(own.real_shapes, own.frequencies, sensors)
+    moved = displacements_of(own)
     criterion = mac(shapes, moved)
     picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
     return Observed(name, lasts, found, moved, criterion, picked, (), ())
@@ -177,7 +183,7 @@ def beside(compared: Compared, dataset: Dataset) -> Compared:
     """
     highest = max(_highest(dataset, recording) for recording in dataset.recordings)
     model = _nominal(dataset, highest)
-    recordings = tuple(_paired(own.name, own.found, own.lasts, dataset.sensors, model) for own in compared.recordings)
+    recordings = tuple(_paired(own.name, own.found, own.lasts, model) for own in compared.recordings)
     return replace(compared, nominal=model[0], shapes=model[1], followed=(), recordings=recordings)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from fe_models.recordings import Recording, Sensor
+from fe_models.recordings import Recording, Sensor, derivative_orders
 from hybrid.identification.config import EXCITATION
 from hybrid.identification.excitation import Course, course_of
 
@@ -22,5 +22,6 @@ def unstated_course(
     columns = [column for column, sensor in enumerate(sensors) if sensor.role == "measured"]
     count = len(recording.data)
     picks = np.unique(np.linspace(0, count - 1, min(count, EXCITATION.most_motions)).round().astype(int))
-    course = course_of([recording.data[pick][:, columns] for pick in picks], rate, first, lowpass or rate / 2)
+    orders = derivative_orders([sensors[column] for column in columns])
+    course = course_of([recording.data[pick][:, columns] for pick in picks], rate, first, lowpass or rate / 2, orders)
     return None if course.may_be_free else course

@@ -11,7 +11,7 @@ from fe_models.assembly import linearise
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.modes import natural_modes
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, derivative_orders
 from hybrid.fleet.diagnosed_file import Options, diagnosed_file
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.identification import identify
@@ -149,9 +149,15 @@ def modes_of(dataset: Dataset) -> tuple[SeenMode, ...]:
     rate = dataset.rate_of(recording)
     excitation = "measured" if recording.is_driven else recording.excitation
     found = identify(
-        list(recording.data), rate, slowest, dataset.lowpass or rate / 2, excitation, COMPARISON.max_modes
+        list(recording.data),
+        rate,
+        slowest,
+        dataset.lowpass or rate / 2,
+        derivative_orders(dataset.sensors),
+        excitation,
+        COMPARISON.max_modes,
     ).modes
-    shapes = displacements_of(found.real_shapes, found.frequencies, dataset.sensors)
+    shapes = displacements_of(found)
     whole = found.frequencies * recording.data.shape[1] / rate >= COMPARISON.min_periods
     return tuple(
         SeenMode(

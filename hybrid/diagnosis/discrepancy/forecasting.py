@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.recordings import QUANTITIES
+from fe_models.recordings import derivative_orders
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.following import FollowedMotion, filtered_by, followed, likeliest_discrepancy
 from hybrid.diagnosis.discrepancy.kalman import FilteredMotion
@@ -187,7 +187,7 @@ def system_of_modes(space: ModalSpace, nominal: NominalModel, roles: SensorRoles
     Those that are measured by the shapes of the ``space``, the others by the structure's.
     """
     n, sensors = space.count, roles.sensors
-    rows, orders = nominal.rows(sensors), np.array([QUANTITIES.index(sensor.quantity) for sensor in sensors])
+    rows, orders = nominal.rows(sensors), derivative_orders(sensors)
     shown = (rows @ space.shapes) * space.roots ** orders[:, None]
     shown[list(roles.measured)] = space.shown
     of_q, of_rate = amplitude_of(space.roots)

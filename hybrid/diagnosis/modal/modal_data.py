@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
-from fe_models.recordings import QUANTITIES, Sensor
+from fe_models.recordings import Sensor, derivative_orders
 from fe_models.uncertain_parts import part_correlations
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
@@ -40,7 +40,7 @@ class ModalData:
     @property
     def orders(self) -> IntArray:
         """How often each sensor's signal is the derivative of a displacement, (sensor,)."""
-        return np.array([QUANTITIES.index(sensor.quantity) for sensor in self.sensors])
+        return derivative_orders(self.sensors)
 
     @property
     def kinds(self) -> tuple[str, ...]:

@@ -52,7 +52,9 @@ def _unseeing(dataset: Dataset, measured: ModalData, recording: int) -> ModalDat
     slowest = float(measured.nominal.modes[0][0]) / (2 * np.pi)
     begun = [motion[: shown_of(len(motion)), columns] for motion in own.data]
     try:
-        shown = identify(begun, measured.rate, slowest, dataset.lowpass or measured.rate / 2, own.excitation)
+        shown = identify(
+            begun, measured.rate, slowest, dataset.lowpass or measured.rate / 2, measured.orders, own.excitation
+        )
     except InputError:
         return None
     begin = MeasuredModes.of(own.name, shown.modes)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.errors import InputError
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, derivative_orders
 from hybrid.diagnosis.modal.config import LISTED
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -59,12 +59,14 @@ def _listed(dataset: Dataset) -> tuple[MeasuredModes, ...]:
 
 def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], object]) -> dict[str, Identification]:
     """Return what the training recordings show at the measured sensors, by their names."""
-    columns, slowest = list(measured_columns(dataset)), float(nominal.modes[0][0]) / (2 * np.pi)
+    columns = list(measured_columns(dataset))
+    orders = derivative_orders([dataset.sensors[column] for column in columns])
+    slowest = float(nominal.modes[0][0]) / (2 * np.pi)
     found = dict[str, Identification]()
     for recording in dataset.select("train"):
         tell(recording.name)
         rate = dataset.rate_of(recording)
         motions = [motion[:, columns] for motion in recording.data]
         highest = dataset.lowpass or rate / 2
-        found[recording.name] = identify(motions, rate, slowest, highest, recording.excitation)
+        found[recording.name] = identify(motions, rate, slowest, highest, orders, recording.excitation)
     return found

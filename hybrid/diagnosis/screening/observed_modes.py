@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.recordings import QUANTITIES
+from fe_models.recordings import derivative_orders
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -88,7 +88,7 @@ def observed_modes(item: Fit, noise_model: NoiseModel) -> ObservedModes:
         centre = np.sum(time * square, axis=0) / (np.sum(square, axis=0) + TINY)
         energy += np.sum(square, axis=(0, 1))
         late += np.sum((time - centre) ** 2 * square, axis=(0, 1))
-    order = np.array([QUANTITIES.index(sensor.quantity) for sensor in noise_model.sensors])
+    order = derivative_orders(noise_model.sensors)
     factor = omega ** order[:, None] / noise_model.sigma[:, None]  # (sensor, mode)
     of_omega, of_sensors = np.sum((sensors * factor) ** 2, axis=0) * late, factor**2 * energy
     return ObservedModes(
