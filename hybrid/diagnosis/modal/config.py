@@ -105,7 +105,7 @@ class UnsureSizesConfig:
     draws: int = 32  # of sizes: standard deviations to some per cent
     # of factors' logarithms, one standard deviation: a drawing that is farther off is of another structure
     max_deviation: float = 0.5
-    grid: int = 21  # of a scale's logarithm, between its bounds: steps of half a unit at most
+    between: int = 4  # steps from one draw to the next, by which they hardly hang together
     difference_step: float = 0.05  # of a size's logarithm
 
 

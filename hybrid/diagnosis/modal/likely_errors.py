@@ -43,6 +43,23 @@ def likeliest_sizes(rows: Rows, residual: FloatArray, start: ErrorSizes, iterati
 
 
 @dataclass(frozen=True, eq=False)
+class _Whitened:
+    """The log density but for a constant (``value``), and what it is made of: ``varying`` (block, place), the standard
+    deviation of what differs between recordings; ``whitening`` (block, place, place), which makes errors of unit size
+    and independent, with what nominal values move (``moved``) and the residual (``left``) after it; ``capacity``
+    1 + S^T D^-1 S (nuisance, nuisance) and ``pulled`` S^T D^-1 residual (nuisance,).
+    """
+
+    value: float
+    varying: FloatArray
+    whitening: FloatArray
+    moved: FloatArray
+    left: FloatArray
+    capacity: FloatArray
+    pulled: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class Likelihood:
     """How likely a ``residual`` (row,) of all ``rows`` is, by the sizes of errors."""
 
@@ -102,19 +119,29 @@ class Likelihood:
     def _left(self) -> FloatArray:
         return self._in_blocks(self.residual)[..., None]
 
+    def value(self, sizes: ErrorSizes) -> float:
+        """Return the log density of the residual."""
+        return self._whitened(sizes).value + self.rows.log_constant
+
     def at(self, sizes: ErrorSizes) -> tuple[float, FloatArray]:
         """Return the log density of the residual, and its slope (size,) by the logarithm of each size."""
+        own = self._whitened(sizes)
+        back_again = own.whitening.swapaxes(1, 2)
+        inverse, weighted, along = back_again @ own.whitening, back_again @ own.moved, back_again @ own.left
+        back: FloatArray = np.asarray(np.linalg.inv(own.capacity), dtype=np.float64)
+        along = along - weighted @ (back @ own.pulled)[:, None]
+        outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
+        return own.value + self.rows.log_constant, self._slope(sizes, own.varying, outer, own.pulled, back)
+
+    def _whitened(self, sizes: ErrorSizes) -> "_Whitened":
         common, varying = self._in_blocks(self.rows.common(sizes)), self._in_blocks(self.rows.varying(sizes))
         alike, unknown, every = self._alike, self._unknown, np.arange(self._places.shape[1])
         blocks = self._noise + alike * (common[:, :, None] * common[:, None])
         blocks += alike * (sizes.change**2 * unknown[:, :, None] * unknown[:, None])
         blocks[:, every, every] += varying**2
         lower = np.linalg.cholesky(blocks)
-        whitening = np.linalg.inv(lower)
-        back_again, root_of_prior = whitening.swapaxes(1, 2), self.rows.prior_root(sizes)
-        inverse = back_again @ whitening
+        whitening, root_of_prior = np.linalg.inv(lower), self.rows.prior_root(sizes)
         moved, left = whitening @ (self._slopes @ root_of_prior), whitening @ self._left  # (block, place, nuisance)
-        weighted, along = back_again @ moved, back_again @ left
         flat = moved.reshape(-1, len(root_of_prior))
         capacity = np.eye(len(root_of_prior)) + flat.T @ flat
         pulled = flat.T @ left.ravel()
@@ -122,10 +149,7 @@ class Likelihood:
         value = 0.5 * float(np.sum(solve_triangular(root, pulled, lower=True) ** 2) - np.sum(left**2))
         for factor in (np.diagonal(lower, axis1=1, axis2=2), np.diag(root)):
             value -= float(np.log(factor).sum())
-        back: FloatArray = np.asarray(np.linalg.inv(capacity), dtype=np.float64)
-        along = along - weighted @ (back @ pulled)[:, None]
-        outer = along @ along.swapaxes(1, 2) - inverse + weighted @ back @ weighted.swapaxes(1, 2)
-        return value + self.rows.log_constant, self._slope(sizes, varying, outer, pulled, back)
+        return _Whitened(value, varying, whitening, moved, left, capacity, pulled)
 
     def _slope(
         self, sizes: ErrorSizes, varying: FloatArray, outer: FloatArray, pulled: FloatArray, back: FloatArray

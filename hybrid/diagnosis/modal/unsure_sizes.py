@@ -1,17 +1,19 @@
 """Standard deviations that count that the sizes of errors, estimated from the same modes, are none too sure themselves.
 
-Their logarithms are normal about the most likely ones, with the curvature of the likelihood there and their priors'
-(Laplace), but for the scales of stiffnesses and masses, which few parts tell: these go as the likelihood says on a grid
-(the marginal of each is skewed, with a long tail upwards), the other sizes as is most likely beside them. A fit's
-covariance is that of a mixture over such sizes: what it is on average, and how the best values move.
+Few modes tell sizes, so that the posterior of their logarithms is no normal one: its tails reach far upwards. Sizes are
+drawn from it (`elliptical_slices`), whatever the causes' own values are; Laplace's approximation about the most likely
+ones shows where. A fit's covariance is that of a mixture over such sizes: what it is on average, and how the best
+values move.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.modal.config import UNSURE_SIZES
+from hybrid.diagnosis.modal.elliptical_slices import slice_samples
 from hybrid.diagnosis.modal.error_sizes import (
     LOG_LOWER,
     LOG_ROOT,
@@ -65,67 +67,59 @@ def posterior_over_sizes(measured: ModalData, item: ModalFit) -> SizesPosterior 
     within, moved = list[FloatArray](), list[FloatArray]()
     for logs in drawn:
         try:
-            own = with_errors(measured, item, sizes_of(np.clip(logs, LOG_LOWER, LOG_UPPER)))
-        except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
+            own = with_errors(measured, item, sizes_of(logs))
+        except np.linalg.LinAlgError:
             continue
         within.append(own.covariance)
         moved.append(item.theta + step_of(measured, own))
     return SizesPosterior(np.array(moved), np.array(within)) if within else None
 
 
+def likelihood_of_sizes(item: ModalFit) -> Likelihood:
+    """Return how likely sizes are whatever a fit's causes' own values are, marginalised as nominal values are."""
+    rows, hypothesis, first = item.rows, item.claim.hypothesis, item.nuisances
+    width, off = hypothesis.width[first:], item.theta[first:] - hypothesis.centre[first:]
+    every = replace(
+        rows,
+        slopes=item.slopes,
+        spread=np.concatenate([rows.spread, width]),
+        correlation_root=block_diag(rows.correlation_root, np.eye(len(width))),
+        kinds=(*rows.kinds, *[""] * len(width)),
+    )
+    return Likelihood(every, item.residual + item.slopes[:, first:] @ off)
+
+
 def _drawn_sizes(item: ModalFit) -> FloatArray:
     """Return logarithms of sizes (draw, size) that a fit leaves open."""
-    rng, root, logs = np.random.default_rng(0), _root_of_covariance(item), np.log(item.sizes.values)
-    covariance, scales = root @ root.T, list(NOMINAL_SCALES)
-    others = [number for number in range(len(logs)) if number not in scales]
-    along = covariance[np.ix_(others, scales)] @ np.linalg.inv(covariance[np.ix_(scales, scales)])
-    beside = np.linalg.cholesky(
-        covariance[np.ix_(others, others)] - along @ covariance[np.ix_(scales, others)]
-    )  # of the other sizes, given both scales
-    normal = rng.standard_normal((UNSURE_SIZES.draws // 2, len(others)))
-    normal = np.concatenate([normal, -normal])  # either side of each, so that their mean is that of the sizes
-    found = np.empty((len(normal), len(logs)))
-    found[:, scales] = _drawn_scales(item, logs, others, along, rng)
-    found[:, others] = logs[others] + (found[:, scales] - logs[scales]) @ along.T + normal @ beside.T
-    return found
+    likelihood, likeliest, largest = likelihood_of_sizes(item), np.log(item.sizes.values), _largest(item)
+
+    def log_density(logs: FloatArray) -> float:
+        if (logs < LOG_LOWER).any() or (logs > largest).any():
+            return -np.inf
+        sizes = sizes_of(logs)
+        try:
+            return likelihood.value(sizes) + sizes.log_prior
+        except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
+            return -np.inf
+
+    root, rng = _root_of_covariance(likelihood, likeliest), np.random.default_rng(0)
+    return slice_samples(log_density, likeliest, root, UNSURE_SIZES.draws, UNSURE_SIZES.between, rng)
 
 
-def _drawn_scales(
-    item: ModalFit, logs: FloatArray, others: list[int], along: FloatArray, rng: np.random.Generator
-) -> FloatArray:
-    """Return logarithms of the scales (draw, scale), as likely as the modes say where the ``others`` go ``along``."""
-    likelihood, scales = Likelihood(item.rows, item.residual), list(NOMINAL_SCALES)
-    sides = [
-        np.linspace(LOG_LOWER[own], most, UNSURE_SIZES.grid) for own, most in zip(scales, _largest(item), strict=True)
-    ]
-    cells = np.stack(np.meshgrid(*sides, indexing="ij"), axis=-1).reshape(-1, len(scales))
-    density = np.empty(len(cells))
-    for number, cell in enumerate(cells):
-        tried = logs.copy()
-        tried[scales] = cell
-        tried[others] = np.clip(logs[others] + along @ (cell - logs[scales]), LOG_LOWER[others], LOG_UPPER[others])
-        sizes = sizes_of(tried)
-        density[number] = likelihood.at(sizes)[0] + sizes.log_prior
-    shares = np.cumsum(np.exp(density - density.max()))
-    even = (np.arange(UNSURE_SIZES.draws) + 0.5) / UNSURE_SIZES.draws  # spread evenly over what is likely
-    chosen = cells[np.searchsorted(shares, even * shares[-1])]
-    width = np.array([side[1] - side[0] for side in sides])
-    return np.asarray(rng.permutation(chosen + width * (rng.random(chosen.shape) - 0.5)))
-
-
-def _largest(item: ModalFit) -> FloatArray:
-    """Return the logarithms of the largest scales (scale,) that are drawn, none below the most likely one."""
-    kinds, scales = np.array(item.rows.kinds), list(NOMINAL_SCALES)
-    stated = np.array([item.rows.spread[kinds == kind].max(initial=TINY) for kind in NOMINAL_KINDS])
-    return np.clip(np.log(UNSURE_SIZES.max_deviation / stated), np.log(item.sizes.values)[scales], LOG_UPPER[scales])
-
-
-def _root_of_covariance(item: ModalFit) -> FloatArray:
-    """Return a square root (size, size) of the covariance of the sizes' logarithms; nowhere beyond their priors'."""
-    logs, likelihood = np.log(item.sizes.values), Likelihood(item.rows, item.residual)
+def _root_of_covariance(likelihood: Likelihood, logs: FloatArray) -> FloatArray:
+    """Return a square root (size, size) of Laplace's covariance about ``logs`` (size,); nowhere beyond the priors'."""
     steps = UNSURE_SIZES.difference_step * np.eye(len(logs))
     slopes = [(likelihood.at(sizes_of(logs + own))[1] - likelihood.at(sizes_of(logs - own))[1]) for own in steps]
     curvature = -np.array(slopes) / (2 * UNSURE_SIZES.difference_step)
     scaled = LOG_ROOT.T @ ((curvature + curvature.T) / 2) @ LOG_ROOT  # in units of the priors
     values, vectors = np.linalg.eigh(scaled)
     return np.asarray(LOG_ROOT @ vectors / np.sqrt(1 + np.maximum(values, 0.0)))
+
+
+def _largest(item: ModalFit) -> FloatArray:
+    """Return the logarithms of the largest sizes (size,) that are drawn, none below the most likely one."""
+    kinds, found = np.array(item.rows.kinds), LOG_UPPER.copy()
+    for kind, scale in zip(NOMINAL_KINDS, NOMINAL_SCALES, strict=True):
+        stated = item.rows.spread[kinds == kind].max(initial=TINY)
+        found[scale] = min(np.log(UNSURE_SIZES.max_deviation / stated), found[scale])
+    return np.maximum(found, np.log(item.sizes.values))
