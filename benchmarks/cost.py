@@ -6,7 +6,6 @@ Memory is what a trajectory keeps for its gradient, by far the most of what it n
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 import torch
@@ -19,7 +18,7 @@ from fe_models.progress import nothing
 from fe_models.recordings import Sensor
 from fe_models.structure import PointMass, Spring, Structure
 from hybrid.config import places_preset
-from hybrid.figures import figure
+from hybrid.figures import Sheet, figure
 from hybrid.neural_modal_ode.connectors import chain_connectors
 from hybrid.neural_modal_ode.model import NeuralModalODE
 from hybrid.neural_modal_ode.scaling import StateScale
@@ -85,10 +84,10 @@ def rows(costs: dict[str, list[Cost]]) -> list[Row]:
     return found
 
 
-def draw(costs: dict[str, list[Cost]], path: Path) -> None:
+def draw(costs: dict[str, list[Cost]]) -> Sheet:
     """Draw seconds (above) and memory (below), with a line of slope one beside each."""
-    with figure(path, 2 * len(costs), len(costs), "A trajectory and its gradient") as (sheet, axes):
-        sheet.set_size_inches(13, 5.5)
+    with figure(2 * len(costs), len(costs), "A trajectory and its gradient") as (sheet, axes):
+        sheet.figure.set_size_inches(13, 5.5)
         for column, (name, points) in enumerate(costs.items()):
             sizes = np.array([getattr(cost.point, name) for cost in points], dtype=float)
             for row, (values, label) in enumerate(
@@ -100,6 +99,7 @@ def draw(costs: dict[str, list[Cost]], path: Path) -> None:
                 axis.loglog(sizes, linear, "--", color="#555555", linewidth=1, label="linear")
                 axis.set(xlabel=LABELS[name], ylabel=label if column == 0 else "")
         axes[0].legend(frameon=False)
+    return sheet
 
 
 def chain_model(point: Point) -> NeuralModalODE:

@@ -89,7 +89,7 @@ def cost_rows(out: Path, quick: bool) -> list[Row]:
     series = cost.QUICK_SERIES if quick else cost.SERIES
     with progress_bar("Cost", sum(map(len, series.values())), "point") as bar:
         costs = cost.measure(series, bar.update)
-    cost.draw(costs, out / COST_PICTURE)
+    cost.draw(costs).save(out / COST_PICTURE)
     return cost.rows(costs)
 
 

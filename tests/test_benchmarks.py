@@ -60,8 +60,8 @@ def test_costs_grow_with_what_is_asked_for() -> None:
 
 def test_costs_are_drawn(tmp_path: Path) -> None:
     point = cost.Cost(cost.Point(), 1.0, 2.0)
-    cost.draw({"length": [point, replace(point, point=cost.Point(length=1000), seconds=2.0)]}, tmp_path / "cost.png")
-    assert (tmp_path / "cost.png").stat().st_size > 10_000
+    sheet = cost.draw({"length": [point, replace(point, point=cost.Point(length=1000), seconds=2.0)]})
+    assert sheet.save(tmp_path / "cost.png").stat().st_size > 10_000
 
 
 def test_ablations_change_what_they_say() -> None:

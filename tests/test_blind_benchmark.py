@@ -197,10 +197,10 @@ def test_the_grid_changes_noise_and_size_alone() -> None:
 
 def test_pictures_are_drawn(tmp_path: Path) -> None:
     results = some_results()
-    figures.draw_confusion(confusion(results), tmp_path / "confusion.png")
-    figures.draw_calibration(calibration(results), tmp_path / "calibration.png")
+    figures.draw_confusion(confusion(results)).save(tmp_path / "confusion.png")
+    figures.draw_calibration(calibration(results)).save(tmp_path / "calibration.png")
     cells = [grid.Cell(noise, size, Share(3, 5), Share(4, 5), Share(0, 5)) for noise in (0.01, 0.1) for size in (0, 1)]
-    figures.draw_grid(cells, tmp_path / "rates.png")
+    figures.draw_grid(cells).save(tmp_path / "rates.png")
     sizes = [path.stat().st_size for path in tmp_path.glob("*.png")]
     assert len(sizes) == 3
     assert all(8_000 < size < 120_000 for size in sizes)

@@ -159,7 +159,7 @@ def test_picture_is_drawn(found: Diagnosis, tmp_path: Path) -> None:
     assert example.recording == "r04"
     first, last = (np.mean((example.measured - part) ** 2) for part in (example.nominal, example.extended))
     assert last < 0.5 * first
-    path = draw_example(tmp_path / "what_is_wrong.png", example)
+    path = draw_example(example).save(tmp_path / "what_is_wrong.png")
     assert path.stat().st_size > 10_000
 
 

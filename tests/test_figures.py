@@ -1,6 +1,6 @@
 """The curves: right panels with the data that were given, legible labels, and files that are written whole."""
 
-from collections.abc import Callable
+import re
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,10 +9,13 @@ import imageio.v3
 import matplotlib.figure
 import numpy as np
 import pytest
+from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from fe_models.arrays import FloatArray
 from hybrid.figures import (
+    MOST_POINTS,
     STYLES,
+    Sheet,
     channel_labels,
     clearest_span,
     draw_channels,
@@ -26,20 +29,6 @@ from hybrid.training.training_figure import draw_history
 from tests.hybrid_problems import SENSORS
 
 TIME: FloatArray = np.asarray(0.1 * np.arange(50), dtype=float)
-
-
-@pytest.fixture
-def sheets(monkeypatch: pytest.MonkeyPatch) -> list[matplotlib.figure.Figure]:
-    """The figures that are drawn, to look into after they are written."""
-    drawn: list[matplotlib.figure.Figure] = []
-    figure = matplotlib.figure.Figure
-
-    def new(*arguments: Any, **options: Any) -> matplotlib.figure.Figure:
-        drawn.append(figure(*arguments, **options))
-        return drawn[-1]
-
-    monkeypatch.setattr(matplotlib.figure, "Figure", new)
-    return drawn
 
 
 def curves(panels: int, *names: str) -> dict[str, FloatArray]:
@@ -61,15 +50,14 @@ def assert_is_picture(path: Path) -> None:
 
 
 @pytest.mark.parametrize("panels", [1, 2, 5])
-def test_each_panel_has_its_curves(panels: int, sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_each_panel_has_its_curves(panels: int, tmp_path: Path) -> None:
     given = curves(panels, "measured", "FE model", "hybrid")
     labels = [f"A{i} (m)" for i in range(panels)]
-    path = draw_curves(tmp_path / "channels.png", TIME, given, labels, "Channels")
-    assert_is_picture(path)
-    (sheet,) = sheets
-    assert sheet.get_suptitle() == "Channels"
-    assert len(sheet.axes) == panels
-    for panel, axis in enumerate(sheet.axes):
+    sheet = draw_curves(TIME, given, labels, "Channels")
+    assert_is_picture(sheet.save(tmp_path / "channels.png"))
+    assert sheet.figure.get_suptitle() == "Channels"
+    assert len(sheet.figure.axes) == panels
+    for panel, axis in enumerate(sheet.figure.axes):
         assert axis.get_ylabel() == labels[panel]
         lines = lines_drawn(axis)
         assert list(lines) == list(given)
@@ -77,8 +65,8 @@ def test_each_panel_has_its_curves(panels: int, sheets: list[matplotlib.figure.F
             np.testing.assert_array_equal(lines[name].get_xdata(), TIME)
             np.testing.assert_array_equal(lines[name].get_ydata(), values[:, panel])
             assert lines[name].get_color() == STYLES[name]["color"]
-    assert all(axis.get_xlabel() == "time (s)" for axis in sheet.axes[-2:])  # the lowest of each column
-    (legend,) = sheet.legends
+    assert all(axis.get_xlabel() == "time (s)" for axis in sheet.figure.axes[-2:])  # the lowest of each column
+    (legend,) = sheet.figure.legends
     assert [text.get_text() for text in legend.get_texts()] == list(given)
 
 
@@ -102,12 +90,12 @@ def test_the_part_shown_larger_is_where_curves_differ_and_a_few_periods_long() -
     assert clearest_span(*long_decays(5.0)) is None
 
 
-def test_long_channels_have_a_part_beside_them(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_long_channels_have_a_part_beside_them(tmp_path: Path) -> None:
     time, drawn = long_decays(20.0)
-    assert_is_picture(draw_channels(tmp_path / "channels.png", time, drawn, ["A1 (m)", "A2 (m)"], "Channels"))
-    (sheet,) = sheets
-    assert [axis.get_ylabel() for axis in sheet.axes] == ["A1 (m)", "", "A2 (m)", ""]
-    for whole, part in (sheet.axes[:2], sheet.axes[2:]):
+    sheet = draw_channels(time, drawn, ["A1 (m)", "A2 (m)"], "Channels")
+    assert_is_picture(sheet.save(tmp_path / "channels.png"))
+    assert [axis.get_ylabel() for axis in sheet.figure.axes] == ["A1 (m)", "", "A2 (m)", ""]
+    for whole, part in (sheet.figure.axes[:2], sheet.figure.axes[2:]):
         assert part.get_xlim() == clearest_span(time, drawn)
         assert whole.get_xlim() == (0.0, 20.0)
         assert part.get_ylim() == whole.get_ylim()
@@ -115,24 +103,25 @@ def test_long_channels_have_a_part_beside_them(sheets: list[matplotlib.figure.Fi
             np.testing.assert_array_equal(lines_drawn(part)[name].get_ydata(), line.get_ydata())
 
 
-def test_latent_states_have_a_row_a_mode(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_latent_states_have_a_row_a_mode(tmp_path: Path) -> None:
     """Coordinates left, velocities right."""
     q, q_dot = curves(3, "FE model", "hybrid"), curves(3, "hybrid", "FE model")
-    assert_is_picture(draw_latent(tmp_path / "latent.png", TIME, q, q_dot, "Modes"))
-    (sheet,) = sheets
-    assert [axis.get_ylabel() for axis in sheet.axes] == ["q1", "q1'", "q2", "q2'", "q3", "q3'"]
+    sheet = draw_latent(TIME, q, q_dot, "Modes")
+    assert_is_picture(sheet.save(tmp_path / "latent.png"))
+    assert [axis.get_ylabel() for axis in sheet.figure.axes] == ["q1", "q1'", "q2", "q2'", "q3", "q3'"]
     for mode in range(3):
         for name in q:
-            left, right = (lines_drawn(axis)[name].get_ydata() for axis in sheet.axes[2 * mode : 2 * mode + 2])
+            left, right = (lines_drawn(axis)[name].get_ydata() for axis in sheet.figure.axes[2 * mode : 2 * mode + 2])
             np.testing.assert_array_equal(left, q[name][:, mode])
             np.testing.assert_array_equal(right, q_dot[name][:, mode])
 
 
-def test_the_loop_is_force_over_displacement(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_the_loop_is_force_over_displacement(tmp_path: Path) -> None:
     u = {name: values[:, 0] for name, values in curves(1, "measured", "FE model", "hybrid").items()}
     f = {name: -3 * values for name, values in u.items()}
-    assert_is_picture(draw_loop(tmp_path / "loop.png", u, f, node=7))
-    (axis,) = sheets[0].axes
+    sheet = draw_loop(u, f, node=7)
+    assert_is_picture(sheet.save(tmp_path / "loop.png"))
+    (axis,) = sheet.figure.axes
     for name, line in lines_drawn(axis).items():
         np.testing.assert_array_equal(line.get_xdata(), u[name])
         np.testing.assert_array_equal(line.get_ydata(), f[name])
@@ -141,11 +130,12 @@ def test_the_loop_is_force_over_displacement(sheets: list[matplotlib.figure.Figu
     assert "(N)" in axis.get_ylabel()
 
 
-def test_the_loss_is_drawn_a_sample(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
+def test_the_loss_is_drawn_a_sample(tmp_path: Path) -> None:
     """Over a longer horizon the loss of a window grows without getting worse."""
     history = [EpochResult(1, 40.0, 20), EpochResult(2, 30.0, 40), EpochResult(3, 16.0, 80)]
-    assert_is_picture(draw_history(tmp_path / "training.png", history))
-    loss, horizon = sheets[0].axes
+    sheet = draw_history(history)
+    assert_is_picture(sheet.save(tmp_path / "training.png"))
+    loss, horizon = sheet.figure.axes
     for axis, values in ((loss, [2.0, 0.75, 0.2]), (horizon, [20, 40, 80])):
         (line,) = axis.lines
         np.testing.assert_array_equal(line.get_xdata(), [1, 2, 3])
@@ -157,56 +147,168 @@ def test_labels_name_unit_and_role() -> None:
     assert labels == ["x4 (m)", "a1 (m/s^2)", "v2 (m/s), held out", "a3 (m/s^2)", "a4 (m/s^2)", "n (-)"]
 
 
-@pytest.mark.parametrize(
-    "draw",
-    [
-        lambda path: draw_curves(path, TIME, curves(1, "hybrid"), ["A1"], "t"),
-        lambda path: draw_loop(path, {"hybrid": TIME}, {"hybrid": TIME}, 1),
-        lambda path: draw_history(path, [EpochResult(1, 1.0, 20)]),
-    ],
-)
-def test_an_older_picture_stays_whole_where_the_writing_fails(
-    draw: Callable[[Path], Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    path = tmp_path / "picture.png"
-    draw(path)
+def sheet_of_curves(title: str = "Channels") -> Sheet:
+    return draw_curves(TIME, curves(3, "measured", "hybrid"), ["A1 (m)", "A2 (m)", "A3 (m)"], title)
+
+
+def test_an_older_picture_stays_whole_where_the_writing_fails(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    sheet = sheet_of_curves()
+    path = sheet.save(tmp_path / "picture.png")
     before = path.read_bytes()
 
-    def half(sheet: Any, target: Path) -> None:
+    def half(drawing: Any, target: Path) -> None:
         Path(target).write_bytes(before[:100])
         raise KeyboardInterrupt
 
     monkeypatch.setattr(matplotlib.figure.Figure, "savefig", half)
     with pytest.raises(KeyboardInterrupt):
-        draw(path)
+        sheet.save(path)
     assert path.read_bytes() == before
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_file_and_a_page_have_one_layout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whichever is made first, and however often."""
+    layouts = list[object]()
+    execute = ConstrainedLayoutEngine.execute
+
+    def counted(engine: ConstrainedLayoutEngine, drawing: matplotlib.figure.Figure) -> None:
+        layouts.append(drawing)
+        execute(engine, drawing)
+
+    monkeypatch.setattr(ConstrainedLayoutEngine, "execute", counted)
+    sheet = sheet_of_curves()
+    places = [axis.get_position().bounds for axis in sheet.figure.axes]
+    svg = sheet.svg()
+    png = sheet.save(tmp_path / "a.png").read_bytes()
+    assert sheet.svg() == svg
+    assert sheet.save(tmp_path / "a.png").read_bytes() == png
+    assert layouts == [sheet.figure]
+    assert [axis.get_position().bounds for axis in sheet.figure.axes] == places
+    again = sheet_of_curves()
+    assert again.save(tmp_path / "b.png").read_bytes() == png
+    assert again.svg() == svg
+
+
+@pytest.mark.parametrize("title", ["Channels", "Channels\nof the first recording", ""])
+def test_a_page_shows_all_but_the_title(title: str, tmp_path: Path) -> None:
+    """Cut off is what the title takes, and nothing at the sides; a file has it."""
+    with figure(2, 2, title) as (sheet, (first, second)):
+        first.plot(TIME)
+        first.set_title("first panel")
+        drawing = second.imshow([[0.0, 1.0]])
+        sheet.figure.colorbar(drawing, ax=second, label="values")
+    assert sheet.title.get_text() == title
+    with_title = imageio.v3.imread(sheet.save(tmp_path / "a.png"))
+    svg = sheet.svg()
+    assert {"Channels", "of the first recording"}.isdisjoint(texts_of(svg))
+    assert {"first panel", "values"} <= set(texts_of(svg))
+    width, height = seen_of(svg)
+    whole_width, whole_height = 72 * sheet.figure.get_size_inches()
+    assert width == pytest.approx(whole_width)
+    highest = max(axis.get_tightbbox().y1 for axis in sheet.figure.axes)
+    assert height >= 72 / sheet.figure.dpi * highest
+    assert height == pytest.approx(72 / sheet.figure.dpi * highest, abs=10)  # no more room than between panels
+    rows = round(sheet.figure.dpi * (whole_height - height) / 72)  # pixels of the title
+    assert (with_title[:rows, :, :3].min() < 128) == bool(title)
+    assert (imageio.v3.imread(sheet.save(tmp_path / "b.png")) == with_title).all()
+
+
+def texts_of(svg: str) -> list[str]:
+    return re.findall(r"<text[^>]*>([^<]*)</text>", svg)
+
+
+def seen_of(svg: str) -> tuple[float, float]:
+    """Return width and height of what is seen of a drawing, points."""
+    box = re.search(r'viewBox="0 0 (\S+) (\S+)"', svg)
+    assert box is not None
+    return float(box[1]), float(box[2])
+
+
+def test_a_page_that_fails_takes_no_title_from_the_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    def failing(drawing: Any, *arguments: Any, **options: Any) -> None:
+        raise KeyboardInterrupt
+
+    sheet = sheet_of_curves()
+    monkeypatch.setattr(matplotlib.figure.Figure, "savefig", failing)
+    with pytest.raises(KeyboardInterrupt):
+        sheet.svg()
+    assert sheet.title.get_visible()
+
+
+def test_long_lines_are_images_in_their_place_on_a_page() -> None:
+    """To two pixels, beside half of the line's width (points)."""
+    time = np.linspace(0.0, 1.0, 2 * MOST_POINTS)
+    sheet = draw_curves(time, {"measured": np.sin(900 * time)[:, None]}, ["x"], "A title\nof two lines")
+    svg = sheet.svg()
+    (image,) = re.findall(r"<image ([^>]*)>", svg)
+    place = {name: float(value) for name, value in re.findall(r'\b(x|y|width|height)="([^"]*)"', image)}
+    assert f"scale(1 -1) translate(0 -{place['height']})" in image  # upside down: its upper edge is at -y
+    points = 72 / sheet.figure.dpi * sheet.figure.axes[0].transData.transform([[0.0, -1.0], [1.0, 1.0]])
+    (left, low), (right, high) = points
+    _, height = seen_of(svg)
+    near = {"abs": 2 * 72 / sheet.figure.dpi + STYLES["measured"]["linewidth"] / 2}
+    assert place["x"] == pytest.approx(left, **near)
+    assert place["x"] + place["width"] == pytest.approx(right, **near)
+    assert -place["y"] == pytest.approx(height - high, **near)
+    assert -place["y"] + place["height"] == pytest.approx(height - low, **near)
 
 
 def test_a_drawing_leaves_matplotlib_as_it_was(tmp_path: Path) -> None:
     """Users have settings of their own."""
     before = {**matplotlib.rcParams, "backend": None}  # which is looked for at the first drawing
-    draw_curves(tmp_path / "a.png", TIME, curves(2, "hybrid"), ["A1", "A2"], "t")
+    sheet = sheet_of_curves()
+    assert {**matplotlib.rcParams, "backend": None} == before
+    sheet.save(tmp_path / "a.png")
+    assert {**matplotlib.rcParams, "backend": None} == before
+    sheet.svg()
     assert {**matplotlib.rcParams, "backend": None} == before
 
 
-@pytest.mark.parametrize("suffix", ["png", "svg"])
-def test_any_name_is_drawn_as_it_is(suffix: str, sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
-    """Whatever a user's matplotlibrc asks for: LaTeX would read commands in names, and is seldom there."""
+def test_a_users_settings_change_no_picture(tmp_path: Path) -> None:
+    """Neither while it is drawn nor while it is saved: LaTeX would read commands in names, and is seldom there."""
+    sheet = sheet_of_curves()
+    png, svg = sheet.save(tmp_path / "a.png").read_bytes(), sheet.svg()
+    own: dict[Any, Any] = {  # of names of settings
+        "text.usetex": True,
+        "font.size": 40,
+        "figure.constrained_layout.use": True,
+        "savefig.bbox": "tight",
+        "savefig.dpi": 20,
+        "svg.fonttype": "path",
+    }
+    with matplotlib.rc_context(own):
+        again = sheet_of_curves()
+        for each in (sheet, again):
+            assert each.save(tmp_path / "a.png").read_bytes() == png
+            assert each.svg() == svg
+
+
+def test_any_name_is_drawn_as_it_is(tmp_path: Path) -> None:
     names = [r"$\frac{", "a_$b$_c", "100 %", r"C:\temp\new", "日本"]
-    with matplotlib.rc_context({"text.usetex": True, "font.size": 40}):
-        path = draw_curves(tmp_path / f"names.{suffix}", TIME, curves(5, "measured"), names, "$x_")
-    (sheet,) = sheets
-    assert [axis.get_ylabel() for axis in sheet.axes] == names
-    assert not any(text.get_parse_math() for axis in sheet.axes for text in (axis.yaxis.label, axis.xaxis.label))
-    if suffix == "svg":
-        assert all(name in path.read_text(encoding="utf-8") for name in (r"$\frac{", "a_$b$_c"))
+    sheet = draw_curves(TIME, curves(5, "measured"), names, "$x_")
+    assert_is_picture(sheet.save(tmp_path / "names.png"))
+    assert [axis.get_ylabel() for axis in sheet.figure.axes] == names
+    assert set(names) <= set(texts_of(sheet.svg()))
+    texts = [text for axis in sheet.figure.axes for text in (axis.yaxis.label, axis.xaxis.label)]
+    assert not any(text.get_parse_math() for text in (sheet.title, *texts, *sheet.figure.legends[0].get_texts()))
 
 
-def test_powers_at_axes_stay_formulas(sheets: list[matplotlib.figure.Figure], tmp_path: Path) -> None:
-    with figure(tmp_path / "log.png", 1, 1, "") as (_, (axis,)):
+def test_names_at_ticks_are_drawn_as_they_are() -> None:
+    names = ["$x$", r"\$", "a_$b$_c"]
+    with figure(1, 1, "") as (sheet, (axis,)):
+        axis.plot([0, 1, 2])
+        axis.set_xticks([0, 1, 2], names)
+    assert set(names) <= set(texts_of(sheet.svg()))
+
+
+def test_powers_at_axes_stay_formulas() -> None:
+    with figure(1, 1, "") as (sheet, (axis,)):
         axis.semilogy([1.0, 1e6])
-    (sheet,) = sheets
-    labels = [label for label in sheet.axes[0].yaxis.get_ticklabels() if "mathdefault" in label.get_text()]
+        axis.set_ylabel("$y$")
+    labels = [label for label in axis.yaxis.get_ticklabels() if "mathdefault" in label.get_text()]
     assert labels
     assert all(label.get_parse_math() for label in labels)
+    svg = sheet.svg()
+    assert "$y$" in texts_of(svg)
+    assert "mathdefault" not in "".join(texts_of(svg))

@@ -2,7 +2,6 @@
 
 import re
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -97,7 +96,7 @@ def test_texts_of_a_drawing_are_escaped() -> None:
 def test_a_figure_takes_the_colours_of_its_page_and_has_names_of_its_own() -> None:
     time = np.linspace(0, 1, 50)
     curves = {"measured": 0.004 * np.sin(time)[:, None], "hybrid": 0.004 * np.cos(time)[:, None]}
-    figure = drawn(lambda path: draw_curves(path, time, curves, [HOSTILE], "title"), "first", "caption", "words")
+    figure = drawn(draw_curves(time, curves, [HOSTILE], "title"), "first", "caption", "words")
     assert "var(--c-0072b2,#0072b2)" in figure.svg
     assert "title" not in figure.svg.replace("<title", "")  # the caption says it
     assert "<script" not in figure.svg
@@ -105,14 +104,14 @@ def test_a_figure_takes_the_colours_of_its_page_and_has_names_of_its_own() -> No
     assert "0.001" in re.findall(r"<text[^>]*>([^<]*)</text>", figure.svg)  # numbers are not cut short
     assert set(re.findall(r'id="([a-z]*)-', figure.svg)) == {"first"}
     assert not re.search(r"https?:|<metadata|<\?xml|<!DOCTYPE", figure.svg)
-    again = drawn(lambda path: draw_curves(path, time, curves, [HOSTILE], "title"), "first", "caption", "words")
+    again = drawn(draw_curves(time, curves, [HOSTILE], "title"), "first", "caption", "words")
     assert again.svg == figure.svg
 
 
-def test_long_lines_are_images_on_a_page(tmp_path: Path) -> None:
+def test_long_lines_are_images_on_a_page() -> None:
     time = np.linspace(0, 1, 5000)
     curves = {"measured": np.sin(900 * time)[:, None]}
-    figure = drawn(lambda path: draw_curves(path, time, curves, ["x"], "title"), "long", "caption", "words")
+    figure = drawn(draw_curves(time, curves, ["x"], "title"), "long", "caption", "words")
     assert "data:image/png;base64," in figure.svg
     assert len(figure.svg) < 100_000
 

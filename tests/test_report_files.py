@@ -27,7 +27,9 @@ def found(monkeypatch: pytest.MonkeyPatch) -> Diagnosis:
     """A diagnosis whose report, words and picture are its verdict."""
     monkeypatch.setattr(report_files, "answer_table", lambda found, gain: {"verdict": found.verdict, "gain": gain})
     monkeypatch.setattr(report_files, "answer_in_words", lambda found, gain: f"{found.verdict}, gain {gain}")
-    monkeypatch.setattr(report_files, "draw_example", lambda path, example: path.write_text(example))
+    monkeypatch.setattr(
+        report_files, "draw_example", lambda example: SimpleNamespace(save=lambda path: path.write_text(example))
+    )
     return cast(Diagnosis, SimpleNamespace(verdict="first", extended=four_dof(), example="first"))
 
 

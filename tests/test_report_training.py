@@ -13,7 +13,7 @@ from hybrid.figures import draw_channels
 from hybrid.report.page import Tone
 from hybrid.report.rendering import rendered
 from hybrid.report.training_page import training_page
-from hybrid.training.results import Curves, Results
+from hybrid.training.results import Results
 from tests.pages import HOSTILE, SOURCE, Reader
 from tests.test_modal_evidence import SENSORS, chain
 
@@ -53,8 +53,8 @@ def trained(hybrid: float = 0.02, r2: float = 0.98, name: str = "train") -> Resu
         "bands": {"hybrid": {"measured": 0.7}},
     }
     curves = {"measured": field[:, :2], "hybrid": 0.9 * field[:, :2]}
-    draw: Curves = {"channels.png": lambda path: draw_channels(path, time, curves, ["x1 (m)", "x2 (m)"], "title")}
-    return Results(metrics, prediction, draw)
+    sheet = draw_channels(time, curves, ["x1 (m)", "x2 (m)"], "title")
+    return Results(metrics, prediction, {"channels.png": sheet})
 
 
 def test_a_training_is_told_by_its_forecasts() -> None:

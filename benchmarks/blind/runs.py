@@ -24,8 +24,8 @@ def run_blind(wanted: list[Task], peers: tuple[str, ...], jobs: int, out: Path) 
 
         results = all_done(wanted, peers, jobs, finished)
     write_json(out / "blind.json", summary.content(results, config))
-    figures.draw_confusion(confusion(results), out / "blind_confusion.png")
-    figures.draw_calibration(calibration(results), out / "blind_calibration.png")
+    figures.draw_confusion(confusion(results)).save(out / "blind_confusion.png")
+    figures.draw_calibration(calibration(results)).save(out / "blind_calibration.png")
     print(summary.text(results, config))
     print(f"Results: {out}")
 
@@ -37,6 +37,6 @@ def run_rates(wanted: list[Task], jobs: int, out: Path) -> None:
     cells = grid.cells(results)
     cases = [summary.case_content(result) for result in results]
     write_json(out / "blind_rates.json", {"schema": 1, "cells": [asdict(cell) for cell in cells], "cases": cases})
-    figures.draw_grid(cells, out / "blind_rates.png")
+    figures.draw_grid(cells).save(out / "blind_rates.png")
     print(grid.table(cells))
     print(f"Results: {out}")

@@ -68,9 +68,9 @@ def compare(dataset: DatasetFile, out: Out, extended: Extended = None, quiet: Qu
         assert data is not None  # else there were faults
         print_notes(data)
         found = compare_dataset(data, beside)
-        save_comparison(found, out)
+        sheets = save_comparison(found, out)
         print("".join(f"Note: {note}.\n" for note in found.notes) + found.text)
         given = words_of("compare", dataset, out) + (["--extended", extended] if extended else [])
-        say(save_page(comparison_in(out), lambda: page_from_files(found, given, dataset)))
+        say(save_page(comparison_in(out), lambda: page_from_files(found, given, dataset, sheets)))
         print(f"\nResults: {out}")
         result(out)

@@ -1,6 +1,5 @@
 """The report of a diagnosis by modes: as JSON in the contract's words, in lines for an engineer, as a picture."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -26,7 +25,7 @@ from hybrid.diagnosis.report import (
     score_lines,
     with_gain,
 )
-from hybrid.figures import figure
+from hybrid.figures import Sheet, figure
 
 HEADLINES = {
     Verdict.NOTHING_WRONG: "Nothing is wrong that modes would show: the structure is as drawn, within its uncertainty.",
@@ -143,11 +142,11 @@ def _beside(frequency: float | None, criterion: float | None, measured: float) -
     return f"{frequency:.4g} ({frequency / measured - 1:+.1%})", "-" if criterion is None else f"{criterion:.3f}"
 
 
-def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
+def draw_modes(modes: tuple[PairedMode, ...]) -> Sheet:
     """Draw how far natural frequencies and shapes are off, as drawn and with what was found."""
     title = "Modes of the structure beside the measured ones"
-    with figure(path, 2, 1, title) as (sheet, (above, below)):
-        sheet.set_size_inches(max(6.2, 0.3 * len(modes) + 2.0), 5.2)
+    with figure(2, 1, title) as (sheet, (above, below)):
+        sheet.figure.set_size_inches(max(6.2, 0.3 * len(modes) + 2.0), 5.2)
         place = np.arange(len(modes))
         sides = (("as drawn", DRAWN_COLOUR, -0.2), ("with what was found", EXTENDED_COLOUR, 0.2))
         for (label, colour, shift), before in zip(sides, (True, False), strict=True):
@@ -163,9 +162,9 @@ def draw_modes(path: Path, modes: tuple[PairedMode, ...]) -> Path:
         above.set_ylabel("frequency off (%)")
         above.set_xticks([])
         names = above.get_legend_handles_labels()
-        sheet.legend(*names, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
+        sheet.figure.legend(*names, loc="outside lower center", ncols=2, frameon=False, fontsize=8)
         below.set(ylabel="MAC", ylim=(0, 1.02))
         below.set_xticks(
             place, [f"{mode.recording}\n{mode.measured:.4g} Hz" for mode in modes], rotation=90, fontsize=7
         )
-    return path
+    return sheet

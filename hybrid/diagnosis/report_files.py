@@ -24,9 +24,9 @@ def save_diagnosis(found: Answer, folder: Path, trust: Trust | None = None) -> l
     makers: dict[str, Callable[[Path], object]] = {EXTENDED: lambda path: _save_extended(found, path)}
     example = found.example
     if example is not None:
-        makers[PICTURE] = lambda path: draw_example(path, example)
+        makers[PICTURE] = lambda path: draw_example(example).save(path)
     if isinstance(found, ModalDiagnosis):
-        makers[MODES] = lambda path: draw_modes(path, found.modes)
+        makers[MODES] = lambda path: draw_modes(found.modes).save(path)
     return saved(folder, lambda new: _write_report(found, None, trust, new), makers)
 
 

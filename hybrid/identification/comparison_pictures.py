@@ -1,6 +1,5 @@
 """The comparison of recordings as pictures."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,7 +7,7 @@ import numpy as np
 from fe_models.arrays import TINY, FloatArray
 from fe_models.recordings import Dataset
 from fe_models.spectra import line_frequencies, power_spectrum
-from hybrid.figures import COLOURS, figure
+from hybrid.figures import COLOURS, Sheet, figure
 from hybrid.identification.recording_comparison import Compared
 
 MARKERS = "osD^vP"  # beside colours, for those who print in black
@@ -17,13 +16,13 @@ AVERAGES = 12  # parts of a recording over which the power of random motion is a
 LEAST_WIDTH = 5.5  # inches: the title needs them
 
 
-def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
+def draw_backbones(dataset: Dataset, compared: Compared) -> Sheet:
     """Draw frequency against amplitude, a panel a mode, with bars of two standard deviations to either side."""
     title = "Frequency while the motion decays\n(bars: two standard deviations of the fit)"
     free = [observed for observed in compared.recordings if not observed.found.is_ambient]
     panels = len(compared.followed)
-    with figure(path, panels, panels, title) as (sheet, axes):
-        sheet.set_size_inches(max(4.5 * panels, LEAST_WIDTH), 4.0)
+    with figure(panels, panels, title) as (sheet, axes):
+        sheet.figure.set_size_inches(max(4.5 * panels, LEAST_WIDTH), 4.0)
         for number, (axis, mode) in enumerate(zip(axes, compared.followed, strict=True)):
             for row, observed in enumerate(free):
                 curve = observed.backbones[number]
@@ -45,8 +44,10 @@ def draw_backbones(path: Path, dataset: Dataset, compared: Compared) -> Path:
             )
             axis.set_title(f"mode {mode + 1}, nominal {compared.nominal[mode]:.3f} Hz", fontsize=9)
         count = len(free)
-        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=count, frameon=False)
-    return path
+        sheet.figure.legend(
+            *axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=count, frameon=False
+        )
+    return sheet
 
 
 def _part_ticks(axis: Any) -> None:
@@ -69,12 +70,12 @@ def _unit(dataset: Dataset, compared: Compared, mode: int) -> str:
     return units.pop() if len(units) == 1 else "of each recording's own channel"
 
 
-def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
+def draw_spectra(dataset: Dataset, compared: Compared) -> Sheet:
     """Draw the power of all channels of each recording, with the nominal frequencies and the combinations."""
     singles = [(recording, data) for recording in dataset.recordings for data in recording.data]
     which = "peaks at sums and differences" if len(compared.followed) > 1 else "peaks at multiples"
-    with figure(path, len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
-        sheet.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
+    with figure(len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
+        sheet.figure.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
         for axis, (recording, data), observed in zip(axes, singles, compared.recordings, strict=True):
             rate = dataset.rate_of(recording)
             frequencies, power = averaged_power(data, rate) if observed.found.is_ambient else _power(data, rate)
@@ -91,8 +92,8 @@ def draw_spectra(path: Path, dataset: Dataset, compared: Compared) -> Path:
         axes[-1].set_xlabel("frequency (Hz)")
         labelled = [pair for axis in axes for pair in zip(*reversed(axis.get_legend_handles_labels()), strict=True)]
         handles = dict(labelled)
-        sheet.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
-    return path
+        sheet.figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3, frameon=False)
+    return sheet
 
 
 def averaged_power(data: FloatArray, rate: float, parts: int = AVERAGES) -> tuple[FloatArray, FloatArray]:

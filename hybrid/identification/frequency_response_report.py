@@ -2,12 +2,11 @@
 
 import csv
 import io
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hybrid.figures import figure
+from hybrid.figures import Sheet, figure
 from hybrid.identification.frequency_response import FrequencyResponse
 
 MAX_PANELS = 24  # of a picture that can still be read
@@ -61,12 +60,12 @@ def responses_csv(found: FrequencyResponse) -> str:
     return file.getvalue()
 
 
-def draw_responses(path: Path, found: FrequencyResponse) -> Path:
+def draw_responses(found: FrequencyResponse) -> Sheet:
     """Draw the size of each function with the model's, and the coherence behind it, a panel an input and sensor."""
     pairs = [(i, j) for i in range(len(found.inputs)) for j in range(len(found.sensors))][:MAX_PANELS]
     columns = min(len(pairs), 2)
-    with figure(path, len(pairs), columns, "Frequency response functions (behind: coherence)") as (sheet, axes):
-        sheet.set_size_inches(5.2 * columns, PANEL_HEIGHT * -(-len(pairs) // columns) + 0.9)
+    with figure(len(pairs), columns, "Frequency response functions (behind: coherence)") as (sheet, axes):
+        sheet.figure.set_size_inches(5.2 * columns, PANEL_HEIGHT * -(-len(pairs) // columns) + 0.9)
         for axis, (i, j) in zip(axes, pairs, strict=True):
             behind = axis.twinx()
             behind.fill_between(found.frequencies, found.coherence[:, j], color="#DDDDDD", linewidth=0)
@@ -78,5 +77,5 @@ def draw_responses(path: Path, found: FrequencyResponse) -> Path:
                 axis.semilogy(found.frequencies, np.abs(own[:, i, j]), label=name, **LINES[name])
             axis.set(xlabel="frequency (Hz)", ylabel=found.sensors[j])
             axis.set_title(found.inputs[i], fontsize=9)
-        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
-    return path
+        sheet.figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return sheet

@@ -1,11 +1,9 @@
 """How alike shapes are: matrices of the modal assurance criterion, and its coordinates."""
 
-from pathlib import Path
-
 import numpy as np
 
 from fe_models.modes import mac
-from hybrid.figures import COLOURS, figure
+from hybrid.figures import COLOURS, Sheet, figure
 from hybrid.identification.comparison_pictures import MARKERS
 from hybrid.identification.recording_comparison import Compared
 
@@ -15,7 +13,7 @@ MAX_PANELS = 6  # recordings drawn: the first ones
 DARK = 0.55  # of a cell's value, from which on its number is white
 
 
-def draw_mac(path: Path, compared: Compared) -> Path:
+def draw_mac(compared: Compared) -> Sheet:
     """Draw the MAC of the model's modes with those of each recording, and of the model's with one another."""
     from matplotlib.patches import Rectangle  # loaded only where something is drawn
 
@@ -32,9 +30,11 @@ def draw_mac(path: Path, compared: Compared) -> Path:
     )
     columns = min(len(panels), 3)
     widest = max(len(names) for _, names, *_ in panels)
-    with figure(path, len(panels), columns, title) as (sheet, axes):
+    with figure(len(panels), columns, title) as (sheet, axes):
         rows = -(-len(panels) // columns)
-        sheet.set_size_inches(columns * max(CELL * widest + 1.1, 2.6), rows * max(CELL * len(nominal) + 1.2, 2.0) + 0.7)
+        sheet.figure.set_size_inches(
+            columns * max(CELL * widest + 1.1, 2.6), rows * max(CELL * len(nominal) + 1.2, 2.0) + 0.7
+        )
         for axis, (name, names, values, pairs) in zip(axes, panels, strict=True):
             image = axis.imshow(values, cmap="Blues", vmin=0, vmax=1, aspect="auto")
             for row, column in np.ndindex(values.shape):
@@ -49,16 +49,16 @@ def draw_mac(path: Path, compared: Compared) -> Path:
             axis.set_title(name, fontsize=9)
             axis.set_xlabel("identified (Hz)" if names is not nominal else "model (Hz)", fontsize=8)
             axis.set_ylabel("model (Hz)", fontsize=8)
-        sheet.colorbar(image, ax=axes, shrink=0.6, label="MAC")
-    return path
+        sheet.figure.colorbar(image, ax=axes, shrink=0.6, label="MAC")
+    return sheet
 
 
-def draw_coordinate_mac(path: Path, compared: Compared) -> Path:
+def draw_coordinate_mac(compared: Compared) -> Sheet:
     """Draw the coordinate MAC of each sensor, a marker a recording."""
     shown = compared.recordings[:MAX_PANELS]
     title = "Coordinate MAC of recordings with the model\n(1: the sensor moves as in the model, in all paired modes)"
-    with figure(path, 1, 1, title) as (sheet, (axis,)):
-        sheet.set_size_inches(max(0.55 * len(compared.sensors) + 2.0, 5.0), 3.4)
+    with figure(1, 1, title) as (sheet, (axis,)):
+        sheet.figure.set_size_inches(max(0.55 * len(compared.sensors) + 2.0, 5.0), 3.4)
         places, least = np.arange(len(compared.sensors)), 1.0
         spread = np.linspace(-0.22, 0.22, len(shown)) if len(shown) > 1 else np.zeros(1)
         for row, observed in enumerate(shown):
@@ -74,5 +74,5 @@ def draw_coordinate_mac(path: Path, compared: Compared) -> Path:
         room = max(1 - least, 0.01)
         axis.set_ylim(max(0.0, 1 - 1.15 * room), 1 + 0.05 * room)
         axis.set(xlabel="sensor", ylabel="coordinate MAC")
-        sheet.legend(loc="outside lower center", ncols=min(len(shown), 6), frameon=False)
-    return path
+        sheet.figure.legend(loc="outside lower center", ncols=min(len(shown), 6), frameon=False)
+    return sheet

@@ -1,11 +1,9 @@
 """The stabilisation diagram: poles of rising order over the spectrum; columns of them stand for modes."""
 
-from pathlib import Path
-
 import numpy as np
 
 from fe_models.recordings import Dataset
-from hybrid.figures import COLOURS, figure
+from hybrid.figures import COLOURS, Sheet, figure
 from hybrid.identification.comparison_pictures import AVERAGES, averaged_power
 from hybrid.identification.recording_comparison import Compared
 
@@ -16,15 +14,15 @@ FEW = 3  # parts of a free decay over which its power is averaged
 LEVELS = 3  # heights, in turn, at which frequencies are written, so that neighbours do not lie over one another
 
 
-def draw_stabilisation(path: Path, dataset: Dataset, compared: Compared) -> Path:
+def draw_stabilisation(dataset: Dataset, compared: Compared) -> Sheet:
     """Draw the poles of each recording, those of modes apart from the others, and the modes that were kept."""
     singles = [(recording, data) for recording in dataset.recordings for data in recording.data][:MAX_PANELS]
     shown = compared.recordings[:MAX_PANELS]
     title = "Stabilisation: poles over the order of the identified system" + (
         f" (the first {MAX_PANELS} recordings)" if len(compared.recordings) > MAX_PANELS else ""
     )
-    with figure(path, len(shown), 1, title) as (sheet, axes):
-        sheet.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(shown) + 0.9)
+    with figure(len(shown), 1, title) as (sheet, axes):
+        sheet.figure.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(shown) + 0.9)
         for axis, (recording, data), observed in zip(axes, singles, shown, strict=True):
             poles, modes = observed.found.stabilisation, observed.identified
             rate = dataset.rate_of(recording)
@@ -55,5 +53,5 @@ def draw_stabilisation(path: Path, dataset: Dataset, compared: Compared) -> Path
         axes[-1].set_xlabel("frequency (Hz)")
         labelled = [pair for axis in axes for pair in zip(*reversed(axis.get_legend_handles_labels()), strict=True)]
         handles = dict(labelled)
-        sheet.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, frameon=False)
-    return path
+        sheet.figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=4, frameon=False)
+    return sheet

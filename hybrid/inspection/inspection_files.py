@@ -25,5 +25,5 @@ def save_inspection(found: Inspection, folder: Path) -> Path:
         write_text(new / DATASET, starter_dataset(found.signals, found.facts, found.guess, Path(beside).as_posix()))
         write_text(new / SUMMARY, describe(found) + "\n")
         write_json(new / NUMBERS, as_json(found))
-        draw(new / PICTURE, found)
+        draw(found).save(new / PICTURE)
     return folder / DATASET

@@ -2,13 +2,12 @@
 
 import warnings
 from math import isfinite
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.figures import COLOURS, PANEL_HEIGHT, PANEL_WIDTH, figure
+from hybrid.figures import COLOURS, PANEL_HEIGHT, PANEL_WIDTH, Sheet, figure
 from hybrid.inspection.channel_facts import ChannelFacts, spectrum
 from hybrid.inspection.inspection import Inspection
 from hybrid.inspection.likely_excitation import Moved
@@ -87,14 +86,14 @@ def as_json(found: Inspection) -> dict[str, Any]:
     }
 
 
-def draw(path: Path, found: Inspection) -> Path:
+def draw(found: Inspection) -> Sheet:
     """Draw each channel over time and its spectrum beside it."""
     signals, rate = found.signals, found.signals.sampling_rate or 1.0
     words = ("time (s)", "frequency (Hz)") if signals.sampling_rate else ("sample", "cycles a sample")
     shown = found.facts[:MAX_PANELS]
     title = f"{signals.path.name}: {found.guess.moved.value}"
-    with figure(path, 2 * len(shown), 2, title, widths=(1.2 * PANEL_WIDTH, 0.8 * PANEL_WIDTH)) as (sheet, axes):
-        sheet.set_size_inches(2 * PANEL_WIDTH, PANEL_HEIGHT * len(shown) + 0.9)
+    with figure(2 * len(shown), 2, title, widths=(1.2 * PANEL_WIDTH, 0.8 * PANEL_WIDTH)) as (sheet, axes):
+        sheet.figure.set_size_inches(2 * PANEL_WIDTH, PANEL_HEIGHT * len(shown) + 0.9)
         for number, fact in enumerate(shown):
             values = signals.values[:, number]
             course, power = axes[2 * number], axes[2 * number + 1]
@@ -111,7 +110,7 @@ def draw(path: Path, found: Inspection) -> Path:
         axes[-2].set_xlabel(words[0])
         axes[-1].set_xlabel(words[1])
         axes[1].set_title("power, over its largest value", fontsize=9)
-    return path
+    return sheet
 
 
 def _drawn(values: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:

@@ -1,10 +1,9 @@
 """Control charts: all frequencies together, then each natural frequency, over the recordings as they came."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
-from hybrid.figures import COLOURS, figure
+from hybrid.figures import COLOURS, Sheet, figure
 from hybrid.monitoring.observation import Limits, Observation, Standing
 from hybrid.monitoring.tracked_modes import TrackedModes
 
@@ -18,11 +17,11 @@ LOOKS = {  # of a marker: form and colour, for those who print in black, too
 }
 
 
-def draw_charts(path: Path, shown: Sequence[Observation], modes: TrackedModes) -> Path:
+def draw_charts(shown: Sequence[Observation], modes: TrackedModes) -> Sheet:
     """Draw T^2 over its limit, and the frequency of each of the ``modes`` with its limits, a panel each."""
     count = 1 + len(modes.frequencies)
-    with figure(path, count, 1, "Control charts of natural frequencies") as (sheet, axes):
-        sheet.set_size_inches(PANEL[0], PANEL[1] * count + 0.6)
+    with figure(count, 1, "Control charts of natural frequencies") as (sheet, axes):
+        sheet.figure.set_size_inches(PANEL[0], PANEL[1] * count + 0.6)
         _draw_distance(axes[0], shown)
         for mode, axis in enumerate(axes[1:]):
             _draw_mode(axis, shown, modes, mode)
@@ -32,16 +31,15 @@ def draw_charts(path: Path, shown: Sequence[Observation], modes: TrackedModes) -
         axes[-1].set_xlabel("recording, in the order in which they came")
         handles, labels = axes[1 if count > 1 else 0].get_legend_handles_labels()
         if handles:
-            sheet.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
-    return path
+            sheet.figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), frameon=False)
+    return sheet
 
 
 def _name(axis: Any, shown: Sequence[Observation]) -> None:
     """Name some of the recordings, evenly, so that names do not run into each other."""
     step = -(-len(shown) // MOST_NAMED)
     names = [(number, own.name) for number, own in enumerate(shown) if number % step == 0]
-    cut = [name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..." for _, name in names]
-    texts = [name.replace("$", r"\$") for name in cut]  # no formulae
+    texts = [name if len(name) <= LONGEST_NAME else f"{name[:LONGEST_NAME]}..." for _, name in names]
     axis.set_xticks([number for number, _ in names], texts, fontsize=7)
 
 

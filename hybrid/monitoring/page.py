@@ -85,7 +85,7 @@ def _charts(shown: Sequence[Observation], modes: TrackedModes | None) -> list[Bl
     names = ", ".join(own.name for own in seen if own.standing is Standing.ALARM) or "none"
     return [
         drawn(
-            lambda path: draw_charts(path, seen, modes),
+            draw_charts(seen, modes),
             "charts",
             CHART,
             f"Charts of {len(modes.frequencies)} natural frequencies over {len(seen)} recordings; alarms: {names}.",

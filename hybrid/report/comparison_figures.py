@@ -1,6 +1,7 @@
 """Figures of a comparison of recordings: MAC, coordinate MAC, stabilisation, spectra, backbones, responses."""
 
 from fe_models.recordings import Dataset
+from hybrid.figures import NO_SHEETS, Sheet, Sheets
 from hybrid.identification.comparison_pictures import draw_backbones, draw_spectra
 from hybrid.identification.frequency_response import FrequencyResponse
 from hybrid.identification.frequency_response_report import draw_responses
@@ -9,14 +10,20 @@ from hybrid.identification.shape_pictures import draw_coordinate_mac, draw_mac
 from hybrid.identification.stabilisation_picture import draw_stabilisation
 from hybrid.report.drawings import drawn
 from hybrid.report.page import Figure
+from hybrid.result_sets import BACKBONES, COORDINATE_MAC, MAC, RESPONSES, SPECTRA, STABILISATION
 
 
-def figures_of(compared: Compared, dataset: Dataset, extended: Compared | None = None) -> list[Figure]:
-    """Return the figures of what was ``compared``; with ``extended``, MAC beside the structure with what was found."""
+def figures_of(
+    compared: Compared, dataset: Dataset, extended: Compared | None = None, sheets: Sheets = NO_SHEETS
+) -> list[Figure]:
+    """Return the figures of what was ``compared``; with ``extended``, MAC beside the structure with what was found.
+
+    ``sheets``: those of the dataset's own structure that are drawn already.
+    """
     names = ", ".join(own.name for own in compared.recordings)
     found = [
         drawn(
-            lambda path: draw_mac(path, compared),
+            sheets.get(MAC) or draw_mac(compared),
             "mac",
             "Modal assurance criterion (MAC) of the drawn structure's modes with the identified ones, at the sensors."
             " Framed: taken for one mode.",
@@ -26,25 +33,31 @@ def figures_of(compared: Compared, dataset: Dataset, extended: Compared | None =
     if extended is not None:
         found.append(
             drawn(
-                lambda path: draw_mac(path, extended),
+                draw_mac(extended),
                 "mac-extended",
                 "The same for the structure with all that was found, also what acts in some recordings alone.",
                 f"Matrices of MAC values of the extended structure's modes with one another and with those of {names}.",
             )
         )
-    both = ((compared, "comac", "the drawn structure"), (extended, "comac-extended", "that with what was found"))
-    for own, name, what in both:
-        if own is not None and any(own.pairs(observed) for observed in own.recordings):
-            found.append(_coordinates(own, name, what))
-    found += [_stabilisation(compared, dataset), _spectra(compared, dataset)]
+    if _has_pairs(compared):
+        sheet = sheets.get(COORDINATE_MAC) or draw_coordinate_mac(compared)
+        found.append(_coordinates(sheet, "comac", "the drawn structure"))
+    if extended is not None and _has_pairs(extended):
+        found.append(_coordinates(draw_coordinate_mac(extended), "comac-extended", "that with what was found"))
+    found.append(_stabilisation(sheets.get(STABILISATION) or draw_stabilisation(dataset, compared)))
+    found.append(_spectra(sheets.get(SPECTRA) or draw_spectra(dataset, compared)))
     if compared.followed and any(own.backbones for own in compared.recordings):
-        found.append(_backbones(compared, dataset))
+        found.append(_backbones(sheets.get(BACKBONES) or draw_backbones(dataset, compared)))
     return found
 
 
-def _coordinates(compared: Compared, name: str, what: str) -> Figure:
+def _has_pairs(compared: Compared) -> bool:
+    return any(compared.pairs(observed) for observed in compared.recordings)
+
+
+def _coordinates(sheet: Sheet, name: str, what: str) -> Figure:
     return drawn(
-        lambda path: draw_coordinate_mac(path, compared),
+        sheet,
         name,
         f"Coordinate MAC (CoMAC) of {what}: 1 where a sensor moves as it should in all paired modes. It says where"
         " shapes differ, which need not be where the structure does.",
@@ -52,9 +65,9 @@ def _coordinates(compared: Compared, name: str, what: str) -> Figure:
     )
 
 
-def _stabilisation(compared: Compared, dataset: Dataset) -> Figure:
+def _stabilisation(sheet: Sheet) -> Figure:
     return drawn(
-        lambda path: draw_stabilisation(path, dataset, compared),
+        sheet,
         "stabilisation",
         "Stabilisation diagrams: poles of systems of rising order, over the spectrum; those that stay where they are"
         " stand for modes.",
@@ -62,18 +75,18 @@ def _stabilisation(compared: Compared, dataset: Dataset) -> Figure:
     )
 
 
-def _spectra(compared: Compared, dataset: Dataset) -> Figure:
+def _spectra(sheet: Sheet) -> Figure:
     return drawn(
-        lambda path: draw_spectra(path, dataset, compared),
+        sheet,
         "spectra",
         "Power of all channels together, over its largest value; dotted: natural frequencies of the drawn structure.",
         "A panel a recording: power over frequency.",
     )
 
 
-def _backbones(compared: Compared, dataset: Dataset) -> Figure:
+def _backbones(sheet: Sheet) -> Figure:
     return drawn(
-        lambda path: draw_backbones(path, dataset, compared),
+        sheet,
         "backbones",
         "Frequency against amplitude while the motion decays (backbone curves); bars: two standard deviations. A linear"
         " structure has level lines.",
@@ -81,10 +94,13 @@ def _backbones(compared: Compared, dataset: Dataset) -> Figure:
     )
 
 
-def response_figure(found: FrequencyResponse) -> Figure:
-    """Return the frequency response functions beside those of the drawn structure, and of an extended one."""
+def response_figure(found: FrequencyResponse, sheets: Sheets = NO_SHEETS) -> Figure:
+    """Return the frequency response functions beside those of the drawn structure, and of an extended one.
+
+    ``sheets``: those that are drawn already.
+    """
     return drawn(
-        lambda path: draw_responses(path, found),
+        sheets.get(RESPONSES) or draw_responses(found),
         "responses",
         "Frequency response functions: measured, of the drawn structure (nominal), and with what was found (extended);"
         " behind: coherence, 1 where the loads explain a sensor linearly.",

@@ -8,6 +8,7 @@ import numpy as np
 from fe_models.linear import LinearModel
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
+from hybrid.figures import NO_SHEETS, Sheets
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.dataset_comparison import DatasetComparison
 from hybrid.identification.frequency_response import FrequencyResponse
@@ -38,14 +39,14 @@ CHANGED = "Look for what was done to the structure between recordings of differe
 RESPONSES_ALONE = "Known forces drove all recordings: held against the model are its frequency response functions."
 
 
-def comparison_page(found: DatasetComparison, provenance: Provenance) -> Page:
-    """Return the page of a comparison."""
+def comparison_page(found: DatasetComparison, provenance: Provenance, sheets: Sheets = NO_SHEETS) -> Page:
+    """Return the page of a comparison; ``sheets``: those that are drawn already."""
     dataset, compared, responses = found.dataset, found.compared, found.responses
     name = "imported matrices" if isinstance(dataset.model, LinearModel) else dataset.model.name
     sentence, tone = _answer(compared)
     sections = (
         _where(dataset, compared),
-        Section("why", "Why believe it", tuple(_evidence(found))),
+        Section("why", "Why believe it", tuple(_evidence(found, sheets))),
         Section("unknown", "What is not known", tuple(_unknown(compared))),
         what_was_assumed(dataset, provenance),
     )
@@ -62,9 +63,12 @@ def comparison_page(found: DatasetComparison, provenance: Provenance) -> Page:
     )
 
 
-def page_from_files(found: DatasetComparison, command: Sequence[str], file: Path) -> Page:
-    """Return the page of a comparison of the dataset of a ``file``, by the words of a ``command``."""
-    return comparison_page(found, provenance_of(command, file, SEED, found.seconds))
+def page_from_files(found: DatasetComparison, command: Sequence[str], file: Path, sheets: Sheets) -> Page:
+    """Return the page of a comparison of the dataset of a ``file``, by the words of a ``command``.
+
+    ``sheets``: what `save_comparison` drew.
+    """
+    return comparison_page(found, provenance_of(command, file, SEED, found.seconds), sheets)
 
 
 def _answer(compared: Compared | None) -> tuple[str, Tone]:
@@ -134,7 +138,7 @@ def _taken(own: Observed, compared: Compared) -> str:
     return f"{own.name}: {'; '.join([kind, *note, *lines])}."
 
 
-def _evidence(found: DatasetComparison) -> Iterator[Block]:
+def _evidence(found: DatasetComparison, sheets: Sheets) -> Iterator[Block]:
     compared, responses = found.compared, found.responses
     if compared is not None and found.free is not None:
         yield Heading("Modes")
@@ -148,10 +152,10 @@ def _evidence(found: DatasetComparison) -> Iterator[Block]:
         if np.isfinite(compared.left).any() and len(compared.recordings) > 1:
             yield _left(compared)
         yield Heading("Figures")
-        yield from figures_of(compared, found.free)
+        yield from figures_of(compared, found.free, sheets=sheets)
     if responses is not None:
         yield Heading("Frequency response functions")
-        yield response_figure(responses)
+        yield response_figure(responses, sheets)
 
 
 def _modes(compared: Compared) -> Table:

@@ -1,14 +1,12 @@
-"""Drawings for a page: what other modules draw into files, as SVG within the page, in its colours."""
+"""Drawings for a page: what other modules draw, as SVG within the page, in its colours."""
 
 import re
-from collections.abc import Callable
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 from markupsafe import Markup
 
 from fe_models.pictures.drawing import Picture
 from fe_models.pictures.svg import svg_of
+from hybrid.figures import Sheet
 from hybrid.report.page import Figure
 
 POINT = 96 / 72  # CSS pixels
@@ -23,15 +21,9 @@ STYLE = re.compile(r'style="[^"]*"')
 SPACES = re.compile(r"\s*\n\s*")
 
 
-def drawn(draw: Callable[[Path], object], name: str, caption: str, description: str) -> Figure:
-    """Return what ``draw`` draws into the path of a file.
-
-    ``name``: by which it is told from the others of a page.
-    """
-    with TemporaryDirectory() as folder:
-        path = Path(folder) / f"{name}.svg"
-        draw(path)
-        text = path.read_text(encoding="utf-8")
+def drawn(sheet: Sheet, name: str, caption: str, description: str) -> Figure:
+    """Return what is drawn on a ``sheet``; ``name``: by which it is told from the others of a page."""
+    text = sheet.svg()
     found = ROOT.search(text)
     if found is None:
         raise ValueError(f"{name}: no drawing with a viewBox")

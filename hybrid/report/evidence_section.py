@@ -88,7 +88,7 @@ def _modes(modes: tuple[PairedMode, ...]) -> Table:
 
 def _drawn_modes(modes: tuple[PairedMode, ...]) -> Block:
     return drawn(
-        lambda path: draw_modes(path, modes),
+        draw_modes(modes),
         "modes",
         "How far natural frequencies are off, and the MAC, as drawn and with what was found.",
         "Bars for each measured mode: frequency error in per cent, and MAC, of both structures.",

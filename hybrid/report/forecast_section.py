@@ -44,7 +44,7 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
     example, after = found.example, "with what was found" if found.findings else "calibrated"
     blocks.append(
         drawn(
-            lambda path: draw_example(path, example),
+            draw_example(example),
             "forecast",
             f"Recording {example.recording} as measured, as the drawn structure forecasts it (nominal) and {after}"
             f" (extended){PART if example.is_long else ''}; below, the spectra of the errors with the natural"

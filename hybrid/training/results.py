@@ -1,8 +1,7 @@
 """What a finished run leaves in its folder: scores, the predicted field, the model for the pictures, the curves."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from hybrid.estimation.forecast import Forecast
 from hybrid.estimation.linear_calibration import Observer, free_part, smooth
 from hybrid.estimation.uncertainty import set_relative_error
 from hybrid.estimation.windows import cut_field
-from hybrid.figures import channel_labels, draw_channels, draw_curves, draw_latent, draw_loop
+from hybrid.figures import Sheet, Sheets, channel_labels, draw_channels, draw_curves, draw_latent, draw_loop
 from hybrid.neural_modal_ode.driving import Driving
 from hybrid.training.checkpoint import save_checkpoint
 from hybrid.training.evaluation import score_table
@@ -35,19 +34,15 @@ from hybrid.training.training_figure import draw_history
 RESULT_STEPS = 4  # of `write_results`: forecasts, and three figures that take a while
 
 
-Curves = dict[str, Callable[[Path], object]]
-"""What draws each figure, by the name of its file."""
-
-
 @dataclass(frozen=True, eq=False)
 class Results:
     """What a run came to: its ``metrics``, as plain data; the ``prediction`` of the first test window, None without
-    any; and its ``curves``.
+    any; and its ``curves``, as they are drawn.
     """
 
     metrics: dict[str, Any]
     prediction: Prediction | None
-    curves: Curves
+    curves: Sheets
 
 
 def write_results(
@@ -79,12 +74,12 @@ def write_results(
         save_run_model(dataset.model, modal, new)
         if prediction is not None:
             save_prediction(prediction, new)
-    curves: Curves = {"training.png": lambda path: draw_history(path, run.history)}
-    if comparison is not None and prediction is not None:
-        curves |= _curves(dataset, modal, comparison, prediction)
+    curves = dict[str, Sheet]()
     with results.adding() as new:
-        for number, (name, draw) in enumerate(curves.items(), start=2):  # the forecasts were the first step
-            draw(new / name)
+        drawn = _curves(run, dataset, comparison, prediction)
+        for number, (name, sheet) in enumerate(drawn, start=2):  # the forecasts were the first step
+            sheet.save(new / name)
+            curves[name] = sheet
             if number <= RESULT_STEPS:
                 advance()
     run.forget_state()
@@ -178,8 +173,14 @@ def prediction_of(
     )
 
 
-def _curves(dataset: Dataset, modal: ModalModel, comparison: Comparison, prediction: Prediction) -> Curves:
-    """Return what draws the forecasts of the first test window."""
+def _curves(
+    run: Run, dataset: Dataset, comparison: Comparison | None, prediction: Prediction | None
+) -> Iterator[tuple[str, Sheet]]:
+    """Draw the training, and the forecasts of the first test window where there is one, by the names of their files."""
+    yield "training.png", draw_history(run.history)
+    if comparison is None or prediction is None:
+        return
+    modal = run.origin.modal
     time, hybrid, fe = prediction.time, comparison.hybrid.forecast, comparison.fe
     first = "first test window, forecast from its first samples"
     channels = {"measured": comparison.windows[0], "FE model": fe.channels[0], "hybrid": hybrid.channels[0]}
@@ -190,21 +191,20 @@ def _curves(dataset: Dataset, modal: ModalModel, comparison: Comparison, predict
     numbered = len(dataset.model.nodes) if isinstance(dataset.model, Structure) else None
     row = _most_moved_translation(modal, prediction.hybrid, numbered)
     labels = channel_labels(dataset.sensors)
-    curves: Curves = {
-        "channels.png": lambda path: draw_channels(path, time, channels, labels, f"Channels, {first}"),
-        "latent.png": lambda path: draw_latent(path, time, q, q_dot, f"Modal coordinates and velocities, {first}"),
-        "displacement.png": lambda path: draw_curves(
-            path,
+    yield "channels.png", draw_channels(time, channels, labels, f"Channels, {first}")
+    yield "latent.png", draw_latent(time, q, q_dot, f"Modal coordinates and velocities, {first}")
+    yield (
+        "displacement.png",
+        draw_curves(
             time,
             {name: field[:, [row]] for name, field in fields.items()},
             [f"displacement ({'m' if prediction.unit == 'm' else 'relative'})"],
             f"Displacement of node {modal.dofs.node[row]} in {modal.dofs.direction[row]}, the largest\n{first}",
         ),
-    }
+    )
     chain = dataset.model
     if isinstance(chain, Structure) and chain.directions == ("x",):
-        curves[LOOP] = lambda path: _draw_loop(dataset, chain, modal, comparison, path)
-    return curves
+        yield LOOP, _draw_loop(dataset, chain, modal, comparison)
 
 
 def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | None = None) -> int:
@@ -218,7 +218,7 @@ def _most_moved_translation(modal: ModalModel, field: FloatArray, nodes: int | N
     return int(np.argmax(motion))
 
 
-def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison, path: Path) -> None:
+def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison: Comparison) -> Sheet:
     """Draw the inertia force at node 1 over its displacement: the loop that a nonlinear spring there bends."""
     mass = sum(point.mass for point in chain.point_masses if point.node == 1)
     row = modal.dofs.row(1, "x")
@@ -230,4 +230,4 @@ def _draw_loop(dataset: Dataset, chain: Structure, modal: ModalModel, comparison
         window = comparison.windows[0]
         displacement = {"measured": window[:, quantities["displacement"]], **displacement}
         force = {"measured": -mass * window[:, quantities["acceleration"]], **force}
-    draw_loop(path, displacement, force, node=1)
+    return draw_loop(displacement, force, node=1)

@@ -1,7 +1,6 @@
 """One recording as the nominal and the extended model forecast it, for a picture."""
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -12,7 +11,7 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted, sh
 from hybrid.diagnosis.observed.config import EXAMPLE
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import SensorRoles
-from hybrid.figures import PANEL_WIDTH, ZOOM_WIDTH, channel_labels, clearest_span, figure, show_part
+from hybrid.figures import PANEL_WIDTH, ZOOM_WIDTH, Sheet, channel_labels, clearest_span, figure, show_part
 
 COLOURS = {"nominal": "#E69F00", "extended": "#0072B2"}  # of Okabe & Ito: distinguished by everyone
 LINE_WIDTHS = {"nominal": 2.2, "extended": 1.0}  # so that where both are the same both are seen
@@ -77,7 +76,7 @@ def example_of(
     return Example(one.names[0], rate, first / rate, roles.sensors, one.data[0, first:], before, after, frequencies)
 
 
-def draw_example(path: Path, example: Example) -> Path:
+def draw_example(example: Example) -> Sheet:
     """Draw the channels over time, and below them the spectra of the errors with the natural frequencies."""
     shown = example.most_wrong(EXAMPLE.max_channels)
     labels = channel_labels([example.sensors[i] for i in shown])
@@ -87,7 +86,7 @@ def draw_example(path: Path, example: Example) -> Path:
     span = example.clearest_part
     widths = [PANEL_WIDTH] if span is None else [PANEL_WIDTH, ZOOM_WIDTH]
     columns = len(widths)
-    with figure(path, (len(shown) + 1) * columns, columns, title, widths) as (sheet, every):
+    with figure((len(shown) + 1) * columns, columns, title, widths) as (sheet, every):
         axes = every[::columns]
         for row, (column, label) in enumerate(zip(shown, labels, strict=True)):
             drawn = every[row * columns : (row + 1) * columns]
@@ -115,5 +114,5 @@ def draw_example(path: Path, example: Example) -> Path:
         axes[-1].set(xlabel="frequency (Hz); dotted: natural frequencies", ylabel="error / size")
         widest = EXAMPLE.max_frequency_ratio * example.frequencies.max() if len(example.frequencies) else example.rate
         axes[-1].set_xlim(0, min(widest, example.rate / 2))
-        sheet.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
-    return path
+        sheet.figure.legend(*axes[0].get_legend_handles_labels(), loc="outside lower center", ncols=3, frameon=False)
+    return sheet
