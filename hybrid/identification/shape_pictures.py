@@ -74,5 +74,5 @@ def draw_coordinate_mac(compared: Compared) -> Sheet:
         room = max(1 - least, 0.01)
         axis.set_ylim(max(0.0, 1 - 1.15 * room), 1 + 0.05 * room)
         axis.set(xlabel="sensor", ylabel="coordinate MAC")
-        sheet.figure.legend(loc="outside lower center", ncols=min(len(shown), 6), frameon=False)
+        sheet.figure.legend(loc="outside lower center", ncols=min(len(shown), 3), frameon=False)
     return sheet
