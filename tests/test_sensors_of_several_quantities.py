@@ -50,6 +50,16 @@ def test_the_modes_of_one_motion_explain_another() -> None:
     assert shares_unexplained(wrong, data, RATE, window_of(found, data, RATE)).min() > 0.1
 
 
+def test_what_sensors_show_at_rest_is_no_motion() -> None:
+    units = 30.0**ORDERS
+    data = [motion(ORDERS) / units, motion(ORDERS, (0.2j, 1.0)) / units]
+    found = [modes_of(each, ORDERS) for each in data]
+    samples = window_of(found, data, RATE)
+    left = shares_unexplained(found, data, RATE, samples)
+    offset = shares_unexplained(found, [each + np.array([1.0, -10.0, 1e3]) for each in data], RATE, samples)
+    np.testing.assert_allclose(offset, left, atol=1e-9)
+
+
 def test_amplitudes_while_the_motion_decays_are_those_of_the_largest_entry() -> None:
     data = motion(ORDERS)
     curve = backbone_of(data, modes_of(data, ORDERS), 0, RATE)

@@ -5,7 +5,7 @@ from scipy.sparse.csgraph import connected_components
 
 from fe_models.arrays import FloatArray
 from hybrid.identification.config import AGREEMENT
-from hybrid.identification.damped_cosines import columns_of
+from hybrid.identification.damped_cosines import amplitudes_of, columns_of
 from hybrid.identification.identified_modes import IdentifiedModes
 
 
@@ -24,15 +24,17 @@ def shares_unexplained(
 
     ``recordings`` (time, sensor) are cut into windows of so many ``samples``, in which the modes of the model, with its
     shapes, frequencies and damping, take the amplitudes and phases that fit best. The energy is that of all windows
-    together.
+    together, less what each sensor shows at rest, as the recording's own modes leave it.
     """
     shares = np.empty((len(models), len(recordings)))
+    pairs = zip(recordings, models, strict=True)
+    motions = [data - amplitudes_of(data, own.roots, rate)[1] for data, own in pairs]
     for i, model in enumerate(models):
         decays = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, mode)
         waves = (decays[:, 0] - 1j * decays[:, 1])[:, None] * (model.phases[:, None] * model.real_shapes)
         columns = np.stack([waves.real, waves.imag], axis=2).reshape(samples * len(model.real_shapes), -1)
         basis, _ = np.linalg.qr(columns)
-        for j, data in enumerate(recordings):
+        for j, data in enumerate(motions):
             count = len(data) // samples
             windows = data[: count * samples].reshape(count, -1)
             explained = np.sum((windows @ basis) ** 2)

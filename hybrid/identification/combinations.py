@@ -48,7 +48,7 @@ def combinations_of(
     ``highest``: the frequency (Hz) up to which the recording goes, where that is below half its sampling rate.
     ``natural``: frequency (Hz) and damping ratio of each mode of the model that the recording shows, by number.
     """
-    power = power_spectrum(data).sum(axis=1)
+    power = power_spectrum(data - data.mean(axis=0)).sum(axis=1)
     frequencies = line_frequencies(len(data), rate)
     near_width = max(COMPARISON.max_distance_hz, 1 / len(data) * rate)
     found = []

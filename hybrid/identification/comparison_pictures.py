@@ -109,5 +109,5 @@ def averaged_power(data: FloatArray, rate: float, parts: int = AVERAGES) -> tupl
 
 
 def _power(data: FloatArray, rate: float) -> tuple[FloatArray, FloatArray]:
-    power = power_spectrum(data).sum(axis=1)
+    power = power_spectrum(data - data.mean(axis=0)).sum(axis=1)
     return line_frequencies(len(data), rate), np.asarray(power / power.max())
