@@ -188,9 +188,8 @@ def made_up(frequencies: list[float]) -> IdentifiedModes:
     covariance[:, 0, 0] = covariance[:, 1, 1] = (1e-3 * omega) ** 2
     roots = np.asarray(omega * complex(-ratio, np.sqrt(1 - ratio**2)), dtype=np.complex128)
     shapes = np.eye(count, dtype=complex)
-    return IdentifiedModes(
-        roots, shapes, np.arange(count), covariance, np.full(count, 1 / count), 0.0, np.zeros(count, dtype=int)
-    )
+    energy, orders = np.full(count, 1 / count), np.zeros(count, dtype=int)
+    return IdentifiedModes(roots, shapes, np.arange(count), covariance, energy, 0.0, orders, np.ones(count))
 
 
 def test_the_coordinate_criterion_is_its_formula() -> None:

@@ -24,6 +24,7 @@ IDENTIFIED = IdentifiedModes(
     energy=np.array([0.6, 0.1, 0.25]),
     left=0.05,
     orders=np.zeros(2, dtype=int),
+    sizes=np.ones(2),
 )
 POLES = Stabilisation(np.array([2]), IDENTIFIED.roots[:1], IDENTIFIED.shapes.T[:1], np.array([0]))
 CURVES = (

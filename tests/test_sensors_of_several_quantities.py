@@ -41,23 +41,12 @@ def test_shapes_of_displacements_come_back(orders: list[int]) -> None:
 
 
 def test_the_modes_of_one_motion_explain_another() -> None:
-    units = 30.0**ORDERS  # about the angular frequencies: all sensors count alike
-    data = [motion(ORDERS) / units, motion(ORDERS, (0.2j, 1.0)) / units]
+    data = [motion(ORDERS), motion(ORDERS, (0.2j, 1.0))]
     found = [modes_of(each, ORDERS) for each in data]
     left = shares_unexplained(found, data, RATE, window_of(found, data, RATE))
     assert left.max() < 1e-4  # the noise has a millionth of the power
     wrong = [replace(own, orders=np.zeros(3, dtype=int)) for own in found]
     assert shares_unexplained(wrong, data, RATE, window_of(found, data, RATE)).min() > 0.1
-
-
-def test_what_sensors_show_at_rest_is_no_motion() -> None:
-    units = 30.0**ORDERS
-    data = [motion(ORDERS) / units, motion(ORDERS, (0.2j, 1.0)) / units]
-    found = [modes_of(each, ORDERS) for each in data]
-    samples = window_of(found, data, RATE)
-    left = shares_unexplained(found, data, RATE, samples)
-    offset = shares_unexplained(found, [each + np.array([1.0, -10.0, 1e3]) for each in data], RATE, samples)
-    np.testing.assert_allclose(offset, left, atol=1e-9)
 
 
 def test_amplitudes_while_the_motion_decays_are_those_of_the_largest_entry() -> None:
@@ -66,6 +55,40 @@ def test_amplitudes_while_the_motion_decays_are_those_of_the_largest_entry() -> 
     # the acceleration is the largest in numbers: half of the squared angular frequency at the beginning
     span = 2 * (np.log(0.5 * abs(ROOTS[0]) ** 2) - np.log(curve.amplitude[0])) / -ROOTS[0].real
     np.testing.assert_allclose(span, 12 / 3.9, rtol=0.05)  # s: amplitudes are those in the middle of twelve periods
+
+
+def test_energies_are_those_of_all_quantities_together() -> None:
+    together, moved, accelerated = (modes_of(motion(own), own) for own in (ORDERS, 0 * ORDERS, 0 * ORDERS + 2))
+    assert moved.energy[0] - 0.03 > together.energy[0] > accelerated.energy[0] + 0.03
+    np.testing.assert_allclose(together.energy.sum() + together.left, 1, atol=0.01)  # two modes hardly overlap
+    sizes = together.sizes / together.sizes[0]
+    between = np.abs(ROOTS)[:, None] ** ORDERS
+    assert np.all((between[0] <= sizes) & (sizes <= between[1]))
+
+
+def test_a_sensor_at_which_nothing_moves_counts_as_little_as_its_noise() -> None:
+    data, orders = motion(ORDERS), np.array([0, 1, 2, 0])
+    still = 1e-4 * np.random.default_rng(1).standard_normal((SAMPLES, 1))  # m, beside a motion of one
+    assert modes_of(np.hstack([data, still]), orders).left < 1e-3
+
+
+def test_a_noisy_accelerometer_leaves_displacements_their_say() -> None:
+    orders = np.array([0, 0, 2])
+    data = motion(orders)
+    data[:, 2] += 1.5 * data[:, 2].std() * np.random.default_rng(1).standard_normal(SAMPLES)
+    found = modes_of(data, orders)
+    curve = backbone_of(data, found, 0, RATE)
+    assert curve.deviation.max() < 3e-3  # Hz; ten times as much of all channels in their own units
+    assert np.all(np.abs(curve.frequency - 3.9) < 4 * curve.deviation + 1e-4)
+
+
+def test_what_sensors_show_at_rest_is_no_motion() -> None:
+    data = [motion(ORDERS), motion(ORDERS, (0.2j, 1.0))]
+    found = [modes_of(each, ORDERS) for each in data]
+    samples = window_of(found, data, RATE)
+    left = shares_unexplained(found, data, RATE, samples)
+    offset = shares_unexplained(found, [each + np.array([1.0, -10.0, 1e3]) for each in data], RATE, samples)
+    np.testing.assert_allclose(offset, left, atol=1e-9)
 
 
 def test_ambient_vibration_is_identified_as_well() -> None:
@@ -80,6 +103,9 @@ def test_ambient_vibration_is_identified_as_well() -> None:
     assert len(found.roots) == len(alike.roots) >= 4
     # the integral has other noise and other weights of lines, no other structure
     np.testing.assert_allclose(displacements_of(found), displacements_of(alike), atol=0.1)
+    several = identify([data], rate, first, 10.0, orders, None)
+    assert several.is_ambient
+    np.testing.assert_allclose(several.modes.energy, found.energy)
 
 
 def test_a_chain_with_a_velocity_among_its_sensors_shows_all_its_modes() -> None:

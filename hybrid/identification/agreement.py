@@ -27,12 +27,14 @@ def shares_unexplained(
     together, less what each sensor shows at rest, as the recording's own modes leave it.
     """
     shares = np.empty((len(models), len(recordings)))
+    sizes = np.exp(np.mean([np.log(model.sizes) for model in models], axis=0))
     pairs = zip(recordings, models, strict=True)
-    motions = [data - amplitudes_of(data, own.roots, rate)[1] for data, own in pairs]
+    motions = [(data - amplitudes_of(data, own.roots, rate)[1]) / sizes for data, own in pairs]
     for i, model in enumerate(models):
         decays = columns_of(model.roots, samples, rate).reshape(samples, 2, -1)  # (time, part, mode)
-        waves = (decays[:, 0] - 1j * decays[:, 1])[:, None] * (model.phases[:, None] * model.real_shapes)
-        columns = np.stack([waves.real, waves.imag], axis=2).reshape(samples * len(model.real_shapes), -1)
+        shapes = model.phases[:, None] * model.real_shapes / sizes[:, None]
+        waves = (decays[:, 0] - 1j * decays[:, 1])[:, None] * shapes
+        columns = np.stack([waves.real, waves.imag], axis=2).reshape(samples * len(shapes), -1)
         basis, _ = np.linalg.qr(columns)
         for j, data in enumerate(motions):
             count = len(data) // samples

@@ -17,6 +17,7 @@ import numpy as np
 from scipy.signal import decimate, detrend
 
 from fe_models.arrays import TINY, BoolArray, ComplexArray, FloatArray, IntArray
+from hybrid.identification.channel_sizes import are_several, channel_sizes
 from hybrid.identification.config import AMBIENT, FREE_DECAY, HARMONIC, STABILISATION
 from hybrid.identification.covariance_subspace import CovarianceSubspace, PolesOfOrder
 from hybrid.identification.identified_modes import IdentifiedModes, no_modes
@@ -25,11 +26,17 @@ from hybrid.identification.stabilisation import Stabilisation, vibrates
 
 
 def modes_of_band(
-    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray
+    motions: Sequence[FloatArray],
+    rate: float,
+    first: float,
+    highest: float,
+    orders: IntArray,
+    sizes: FloatArray | None = None,
 ) -> tuple[IdentifiedModes, Stabilisation]:
     """Return the modes of ``motions`` (time, sensor) up to ``highest`` Hz, lines of machines among them.
 
-    Their energy is over that of all frequencies up to there. See `identify_ambient_modes`.
+    Their energy is over that of all frequencies up to there; ``sizes`` (sensor,) of the channels, left out, are those
+    of these modes (`channel_sizes`). See `identify_ambient_modes`.
     """
     thinned, rate = thinned_to(motions, rate, highest)
     rms = np.sqrt(np.mean(np.concatenate(thinned) ** 2, axis=0))
@@ -45,7 +52,7 @@ def modes_of_band(
     poles = [subspace.poles(order) for order in range(STABILISATION.order_step, most + 1, STABILISATION.order_step)]
     stabilised = _stabilised(poles, rate, (lowest, highest), scale, enough)
     modes = _modes(stabilised, subspace, {own.order: own for own in poles if own.order >= enough}, rate, scale, orders)
-    modes = _with_energy(modes.take(_is_known(modes)), found, rate, scale)
+    modes = _with_energy(modes.take(_is_known(modes)), found, rate, scale, sizes)
     return modes.take(modes.energy > AMBIENT.least_energy), stabilised
 
 
@@ -135,7 +142,8 @@ def _modes(
         roots[mode] = stabilised.roots[chosen]
         reference[mode] = np.argmax(np.abs(order.shapes[pole]))
         shapes[:, mode], covariance[mode] = _with_covariance(subspace, order, pole, rate, scale, int(reference[mode]))
-    return IdentifiedModes(roots, shapes, reference, covariance, np.zeros(count), 1.0, orders)
+    sizes = scale if are_several(orders) else np.ones(sensors)
+    return IdentifiedModes(roots, shapes, reference, covariance, np.zeros(count), 1.0, orders, sizes)
 
 
 def _in_the_middle(roots: ComplexArray) -> int:
@@ -160,14 +168,16 @@ def _with_covariance(
 
 def _is_known(found: IdentifiedModes) -> BoolArray:
     """Return which modes are known well enough and in phase."""
-    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
-    usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0, initial=0)
+    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:]) / np.tile(found.sizes, 2)
+    usual = np.median(entries, axis=1) / np.abs(found.shapes / found.sizes[:, None]).max(axis=0, initial=0)
     sure = np.sqrt(found.scatter[:, 0, 0]) < AMBIENT.max_frequency_error
     in_phase = found.collinearity >= FREE_DECAY.min_phase_collinearity
     return np.asarray(sure & in_phase & (usual < FREE_DECAY.max_shape_error))
 
 
-def _with_energy(modes: IdentifiedModes, found: Correlations, rate: float, scale: FloatArray) -> IdentifiedModes:
+def _with_energy(
+    modes: IdentifiedModes, found: Correlations, rate: float, scale: FloatArray, sizes: FloatArray | None
+) -> IdentifiedModes:
     """Return the modes with their shares of the energy: R(l) = Re sum_k v_k exp(s_k l) g_k^T, g of least squares."""
     if not len(modes.roots):
         return modes
@@ -177,5 +187,8 @@ def _with_energy(modes: IdentifiedModes, found: Correlations, rate: float, scale
     columns = np.concatenate([waves.real, -waves.imag], axis=2).reshape(-1, 2 * count)
     solved = np.linalg.lstsq(columns, found.mean[1:].reshape(len(columns), -1), rcond=None)[0]
     power = scale[:, None] ** 2 * np.real(shapes * (solved[:count] + 1j * solved[count:]).T)  # (sensor, mode)
-    share = np.clip(power.sum(axis=0) / np.sum(scale**2 * np.diag(found.mean[0])), 0.0, 1.0)
-    return replace(modes, energy=share, left=float(max(1 - share.sum(), 0.0)))
+    if sizes is None:
+        sizes = channel_sizes(modes.roots, np.maximum(power.T, 0.0), modes.orders)
+    total = np.sum(scale**2 * np.diag(found.mean[0]) / sizes**2)
+    share = np.clip(np.sum(power / sizes[:, None] ** 2, axis=0) / total, 0.0, 1.0)
+    return replace(modes, energy=share, left=float(max(1 - share.sum(), 0.0)), sizes=sizes)

@@ -29,20 +29,26 @@ class AmbientModes:
 
 
 def identify_ambient_modes(
-    motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray | None = None
+    motions: Sequence[FloatArray],
+    rate: float,
+    first: float,
+    highest: float,
+    orders: IntArray | None = None,
+    sizes: FloatArray | None = None,
 ) -> AmbientModes:
     """Return the modes of ``motions`` (time, sensor), sampled at ``rate`` Hz, up to ``highest`` Hz.
 
     ``first``: the structure's lowest natural frequency, Hz, which says what is a drift, and how long correlations last.
     ``orders`` (sensor,): of the derivatives of displacements that sensors show; left out, all show one quantity.
+    ``sizes`` (sensor,): what channels are divided by where they are added up; left out, see `channel_sizes`.
     """
     orders = np.zeros(motions[0].shape[1], dtype=int) if orders is None else orders
     thinned, rate = thinned_to(motions, rate, highest)
-    modes, stabilisation = modes_of_band(thinned, rate, first, highest, orders)
-    top = highest
+    modes, stabilisation = modes_of_band(thinned, rate, first, highest, orders, sizes)
+    top, sizes = highest, modes.sizes if len(modes.roots) else sizes
     while lack_of_rows(thinned, rate, first, top) > AMBIENT.max_lack_of_rows:
         top /= AMBIENT.band_ratio
-        slow, poles = modes_of_band(thinned, rate, first, (1 + AMBIENT.band_overlap) * top, orders)
+        slow, poles = modes_of_band(thinned, rate, first, (1 + AMBIENT.band_overlap) * top, orders, sizes)
         modes = _joined(_of_all(slow, thinned, rate, top), modes, top)
         stabilisation = _both(poles, stabilisation, top)
     lines, harmonics = harmonics_among(modes, thinned, rate)
@@ -53,7 +59,9 @@ def identify_ambient_modes(
 def _of_all(slow: IdentifiedModes, motions: Sequence[FloatArray], rate: float, top: float) -> IdentifiedModes:
     """Return the modes of a lower band with their shares of the energy of all frequencies."""
     own, _ = thinned_to(motions, rate, (1 + AMBIENT.band_overlap) * top)
-    part, whole = (sum(float(np.sum(np.var(each, axis=0))) * len(each) for each in data) for data in (own, motions))
+    part, whole = (
+        sum(float(np.sum(np.var(each / slow.sizes, axis=0))) * len(each) for each in data) for data in (own, motions)
+    )
     counts = [sum(map(len, data)) for data in (own, motions)]
     share = min(part / counts[0] / max(whole / counts[1], np.finfo(float).tiny), 1.0)
     return replace(slow, energy=slow.energy * share)
@@ -63,7 +71,8 @@ def _joined(slow: IdentifiedModes, fast: IdentifiedModes, top: float) -> Identif
     """Return the modes of two bands that meet at ``top`` Hz; what both have is the lower band's."""
     slow = slow.take(slow.frequencies <= (1 + AMBIENT.band_overlap) * top)
     fast = fast.take(fast.frequencies >= (1 - AMBIENT.band_overlap) * top)
-    alike = mac(slow.shapes, fast.shapes) >= FREE_DECAY.min_mac_of_one_mode
+    sizes = (slow if len(slow.roots) else fast).sizes
+    alike = mac(slow.shapes / sizes[:, None], fast.shapes / sizes[:, None]) >= FREE_DECAY.min_mac_of_one_mode
     near = np.abs(slow.frequencies[:, None] / fast.frequencies - 1) < FREE_DECAY.max_relative_separation
     fast = fast.take(~np.any(alike & near, axis=0))
     energy = np.concatenate([slow.energy, fast.energy])
@@ -75,6 +84,7 @@ def _joined(slow: IdentifiedModes, fast: IdentifiedModes, top: float) -> Identif
         energy,
         float(max(1 - energy.sum(), 0.0)),
         slow.orders,
+        sizes,
     )
 
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import ComplexArray, FloatArray
+from hybrid.identification.channel_sizes import are_several, rms_of_each
 from hybrid.identification.config import BACKBONE
 from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_roots
 from hybrid.identification.identified_modes import IdentifiedModes
@@ -32,9 +33,11 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
     """Return the backbone of number ``mode`` (from 0) of a recording's ``modes``, in data (time, sensor).
 
     It ends where the motion has become too small to tell a frequency, and is empty where the recording holds no more
-    than one span.
+    than one span. Channels of several quantities count over the noise of each.
     """
-    frequency, shape = modes.frequencies[mode], modes.phases * modes.real_shapes[:, mode]
+    noise = _noise(data, modes, rate)
+    data, shape = data / noise, modes.phases * modes.real_shapes[:, mode] / noise
+    frequency = modes.frequencies[mode]
     longest = max(
         min(BACKBONE.span_periods, BACKBONE.max_span_share * len(data) / rate * frequency), BACKBONE.min_span_periods
     )
@@ -58,6 +61,16 @@ def backbone_of(data: FloatArray, modes: IdentifiedModes, mode: int, rate: float
             break
         rows.append((float(middle), size / (2 * np.pi), -found.real / size, *deviations))
     return Backbone(*np.array(rows).reshape(-1, 5).T)
+
+
+def _noise(data: FloatArray, modes: IdentifiedModes, rate: float) -> FloatArray:
+    """Return what all modes leave of ``data`` (time, sensor), rms by quantity, (sensor,); ones of one quantity."""
+    if not are_several(modes.orders):
+        return np.ones(data.shape[1])
+    columns = np.hstack([columns_of(modes.roots, len(data), rate), np.ones((len(data), 1))])
+    Q = np.linalg.qr(columns).Q
+    noise = rms_of_each(data - Q @ (Q.T @ data), modes.orders)
+    return np.asarray(np.where(noise > 0, noise, 1.0))
 
 
 def standard_deviations(data: FloatArray, root: complex, others: ComplexArray, rate: float) -> tuple[float, float]:

@@ -74,7 +74,7 @@ def _course_of_modes(
     motions: Sequence[FloatArray], rate: float, first: float, highest: float, orders: IntArray | None
 ) -> Course:
     """Return whether the power of the modes falls far less than free decays would let it."""
-    modes = identify_ambient_modes(motions, rate, first, highest, orders).modes
+    modes = identify_ambient_modes(motions, rate, first, highest, orders, np.ones(motions[0].shape[1])).modes
     expected = -2 * modes.roots.real * float(np.mean([len(part) for part in motions])) / rate * 2 / 3
     tested = np.flatnonzero(expected > EXCITATION.least_decay)
     energy = modes.energy[tested]

@@ -14,6 +14,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, ComplexArray, FloatArray, IntArray
 from fe_models.modes import mac
+from hybrid.identification.channel_sizes import channel_sizes
 from hybrid.identification.config import FREE_DECAY
 from hybrid.identification.identified_modes import IdentifiedModes, no_modes
 from hybrid.identification.mode_uncertainty import covariance_of, is_above_noise, left_by, noise_at
@@ -64,11 +65,13 @@ def _settled(
         level, lines = noise_at(modes, left, rate, noise)
         covariance = covariance_of(modes, linear, level, noise)
         energy = _energy(parts, rate, modes, linear, noise)
-        total = max(sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in parts), np.finfo(float).tiny)
-        rest = sum(float(np.sum((part - part.mean(axis=0)) ** 2)) for part in left)
-        share = energy.sum(axis=1) / total
+        sizes = channel_sizes(modes.roots, energy, orders)
+        total, rest = max(_energy_of(parts, sizes), np.finfo(float).tiny), _energy_of(left, sizes)
+        share = np.sum(energy / sizes**2, axis=1) / total
         unexplained = min(rest / total, 1.0)
-        found = IdentifiedModes(modes.roots, modes.shapes.T, modes.reference, covariance, share, unexplained, orders)
+        found = IdentifiedModes(
+            modes.roots, modes.shapes.T, modes.reference, covariance, share, unexplained, orders, sizes
+        )
         kept = _is_known(found) & is_above_noise(energy / noise**2, level, lines, sum(map(len, parts)))
         roots, shapes = _joined(parts, rate, found.take(kept), rms)
         after = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
@@ -78,6 +81,11 @@ def _settled(
         if settled:
             return found
     return found.take(kept)
+
+
+def _energy_of(parts: Sequence[FloatArray], sizes: FloatArray) -> float:
+    """Return the sum of squares of motions (time, sensor) about their means, each channel over its size."""
+    return sum(float(np.sum(((part - part.mean(axis=0)) / sizes) ** 2)) for part in parts)
 
 
 def _energy(
@@ -94,8 +102,8 @@ def _energy(
 
 def _is_known(found: IdentifiedModes) -> BoolArray:
     """Return which modes are known well enough, damped like a structure's, and in phase."""
-    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:])  # (mode, 2 sensor)
-    usual = np.median(entries, axis=1) / np.abs(found.shapes).max(axis=0)
+    entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:]) / np.tile(found.sizes, 2)
+    usual = np.median(entries, axis=1) / np.abs(found.shapes / found.sizes[:, None]).max(axis=0)
     sure = np.sqrt(found.scatter[:, 0, 0]) < FREE_DECAY.max_frequency_error
     in_phase = found.collinearity >= FREE_DECAY.min_phase_collinearity
     damped = found.ratios < 0.99 * FREE_DECAY.max_damping_ratio
@@ -120,7 +128,8 @@ def _joined(
     samples, waiting = max(len(part) for part in parts), [int(mode) for mode in np.argsort(-found.energy)]
     waves = np.exp(np.outer(np.arange(samples) / rate, found.roots))  # (time, mode)
     size = np.sqrt(found.energy / np.maximum(np.sum(np.abs(waves) ** 2, axis=0), np.finfo(float).tiny))
-    size = size / np.linalg.norm(found.shapes, axis=0)
+    sized = found.shapes / found.sizes[:, None]
+    size = size / np.linalg.norm(sized, axis=0)
     roots, shapes = [], []
     while waiting:
         group = [mode for mode in waiting if same[waiting[0], mode]]
@@ -128,7 +137,7 @@ def _joined(
         group = [
             mode for mode in group if found.energy[mode] >= FREE_DECAY.max_satellite_energy * found.energy[group[0]]
         ]
-        own = size[group][:, None] * found.shapes[:, group].T
+        own = size[group][:, None] * sized[:, group].T
         motion, change = waves[:, group] @ own, (waves[:, group] * found.roots[group]) @ own  # (time, sensor)
         alone = len(group) == 1
         roots.append(found.roots[group[0]] if alone else np.sum(motion.conj() * change) / np.sum(np.abs(motion) ** 2))

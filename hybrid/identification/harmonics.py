@@ -38,6 +38,7 @@ def harmonics_among(
     found, lines = np.zeros(len(modes.roots), dtype=bool), list[Harmonic]()
     longest = max(motions, key=len)
     power = np.mean((longest - longest.mean(axis=0)) ** 2, axis=0)
+    total = np.sum(power / modes.sizes**2)
     for mode in np.flatnonzero(undamped):
         weight = modes.shapes[:, mode].conj() / np.maximum(power, TINY)
         frequency, over = _line(longest, rate, float(modes.frequencies[mode]), weight)
@@ -45,7 +46,7 @@ def harmonics_among(
         if steady or over > _least_over():
             found[mode] = True
             amplitude = np.abs(_at(longest, rate, np.array([frequency])))[0]
-            share = float(np.sum(amplitude**2 / 2) / np.sum(power))
+            share = float(np.sum((amplitude / modes.sizes) ** 2 / 2) / total)
             lines.append(Harmonic(frequency, amplitude, min(share, 1.0)))
     return found, tuple(lines)
 

@@ -13,7 +13,8 @@ class IdentifiedModes:
     one. ``covariance`` (mode, parameter, parameter) of Re s, Im s, then Re and Im of each entry of the shape.
     ``energy`` (mode,) of each mode's own motion over the recording's; ``left``: share of the recording's energy that
     all of them do not explain. ``orders`` (sensor,): how often each signal is the derivative of a displacement, zeros
-    where all show one quantity.
+    where all show one quantity. ``sizes`` (sensor,): what signals are divided by where channels are added up
+    (`channel_sizes`).
     """
 
     roots: ComplexArray
@@ -23,6 +24,7 @@ class IdentifiedModes:
     energy: FloatArray
     left: float
     orders: IntArray
+    sizes: FloatArray
 
     @property
     def phases(self) -> ComplexArray:
@@ -65,14 +67,16 @@ class IdentifiedModes:
         A velocity's entry is real although it is a quarter of a period ahead of the displacement, see ``phases``.
         """
         aligned = self.shapes / self.phases[:, None]
-        turned = np.real(aligned * np.exp(-0.5j * np.angle(np.sum(aligned**2, axis=0))))
+        together = np.sum((aligned / self.sizes[:, None]) ** 2, axis=0)
+        turned = np.real(aligned * np.exp(-0.5j * np.angle(together)))
         largest = np.argmax(np.abs(turned), axis=0)
         return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
 
     @property
     def collinearity(self) -> FloatArray:
-        """The `phase_collinearity` (mode,) of the shapes of displacements."""
-        return phase_collinearity(self.shapes / self.roots ** self.orders[:, None])
+        """The `phase_collinearity` (mode,) of the shapes of displacements, each channel over its size."""
+        turned = (self.roots / np.abs(self.roots)) ** self.orders[:, None]
+        return phase_collinearity(self.shapes / self.sizes[:, None] / turned)
 
     def strongest(self, count: int) -> "IdentifiedModes":
         """Return the modes of most energy, at most so many, in the order that they have."""
@@ -88,6 +92,7 @@ class IdentifiedModes:
             self.energy[kept],
             self.left,
             self.orders,
+            self.sizes,
         )
 
 
@@ -95,7 +100,8 @@ def no_modes(orders: IntArray) -> IdentifiedModes:
     """Return no modes of sensors whose signals are derivatives of such ``orders`` (sensor,)."""
     shapes, whole = np.zeros((len(orders), 0), dtype=complex), 2 + 2 * len(orders)
     none = np.zeros(0, dtype=int)
-    return IdentifiedModes(shapes[0], shapes, none, np.zeros((0, whole, whole)), np.zeros(0), 1.0, orders)
+    alike = np.ones(len(orders))
+    return IdentifiedModes(shapes[0], shapes, none, np.zeros((0, whole, whole)), np.zeros(0), 1.0, orders, alike)
 
 
 def phase_collinearity(shapes: ComplexArray) -> FloatArray:

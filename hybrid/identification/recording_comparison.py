@@ -216,7 +216,7 @@ def _combinations(
     """Return the combinations of the modes ``followed`` up to ``top`` Hz, beside all modes that are the model's."""
     known = {mode: number for mode, number in enumerate(picked) if number >= 0}
     natural = {mode: (float(own.frequencies[n]), float(own.ratios[n])) for mode, n in known.items()}
-    return combinations_of(data, rate, [natural[mode][0] for mode in followed], top, natural)
+    return combinations_of(data / own.sizes, rate, [natural[mode][0] for mode in followed], top, natural)
 
 
 def _nominal(dataset: Dataset, highest: float) -> tuple[FloatArray, FloatArray]:
