@@ -25,7 +25,7 @@ from hybrid.identification.damped_cosines import amplitudes_of, columns_of, fit_
 from hybrid.identification.dataset_comparison import DatasetComparison
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
-from hybrid.identification.structure_states import Outcome, one_structure
+from hybrid.identification.structure_states import Outcome, one_structure, structure_states
 from hybrid.report.comparison_page import BEYOND_CHANCE, CHANGED, comparison_page
 from hybrid.report.page import Tone
 from tests.pages import SOURCE
@@ -207,9 +207,14 @@ def test_whether_recordings_are_of_one_structure_is_a_sentence(left: list[list[f
     assert sentence in one_structure(names, np.array(left)).sentence
 
 
-def test_free_decays_of_different_rates_are_not_called_different() -> None:
-    found = one_structure(["r1", "r2"], np.full((2, 2), np.nan))
-    assert (found.outcome, "different sampling rates" in found.sentence) == (Outcome.OPEN, True)
+def test_free_decays_of_different_rates_and_lengths_are_of_one_structure() -> None:
+    slow, fast = rising(0.0, 1), rising(0.0, 2)
+    assert len(slow) % 2 == 0
+    own = Recording("slow", slow[: len(slow) // 2 : 2][None], excitation="free", sampling_rate=RATE / 2)
+    data = Dataset(CARTS, RATE, sensors(2), (own, Recording("fast", fast[None], excitation="free")))
+    compared = compare_recordings(data)
+    assert structure_states(compared).outcome is Outcome.ONE
+    assert compared.left.max() < 0.05
 
 
 @pytest.mark.slow

@@ -101,7 +101,8 @@ def test_another_structure_leaves_most_unexplained() -> None:
     other = decay([3.7, 5.9], [0.004, 0.003], [1.0, 0.6], SHAPES[1:])
     recordings = [*same, other]
     identified = [identify_modes(data, RATE, 3.9, 30.0, count=2) for data in recordings]
-    left = shares_unexplained(identified, recordings, RATE, window_of(identified, recordings, RATE))
+    window = window_of(identified, [len(data) / RATE for data in recordings])
+    left = shares_unexplained(identified, recordings, [RATE] * 3, window)
     assert left[:2, :2].max() < 0.01
     assert left[2, 2] < 0.01
     assert min(left[2, :2].min(), left[:2, 2].min()) > 0.5

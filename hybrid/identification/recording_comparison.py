@@ -201,13 +201,11 @@ def _left(
     dataset: Dataset, singles: Sequence[tuple[Recording, FloatArray]], observations: Sequence[Observed]
 ) -> tuple[FloatArray, float]:
     """Return the shares that the modes of free decays leave of each other, and the windows (s) for it."""
-    rates = {dataset.rate_of(recording) for recording, _ in singles}
-    if len(rates) != 1:
-        return np.full((len(singles), len(singles)), np.nan), 0.0
-    (rate,) = rates
+    if not singles:
+        return np.zeros((0, 0)), 0.0
     models, motions = [own.identified for own in observations], [data for _, data in singles]
-    samples = window_of(models, motions, rate)
-    return shares_unexplained(models, motions, rate, samples), samples / rate
+    window = window_of(models, [own.lasts for own in observations])
+    return shares_unexplained(models, motions, [dataset.rate_of(recording) for recording, _ in singles], window), window
 
 
 def _combinations(

@@ -65,8 +65,6 @@ def one_structure(names: list[str], left: FloatArray) -> StructureStates:
         alone = "There is one recording: whether several are of one structure cannot be asked."
         return StructureStates(Outcome.ONE, alone)
     untold = "Whether the recordings are of one structure cannot be told"
-    if np.isnan(left).any():
-        return StructureStates(Outcome.OPEN, f"{untold}: they have different sampling rates.")
     most = AGREEMENT.max_unexplained_share
     unclear = [name for name, own in zip(names, np.diag(left), strict=True) if own >= most]
     if unclear:
