@@ -8,7 +8,6 @@ from fe_models.arrays import FloatArray
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.config import BACKBONE, COMPARISON
-from hybrid.identification.harmonics import Harmonic
 from hybrid.identification.recording_comparison import Compared, Observed
 from hybrid.identification.structure_states import structure_states
 
@@ -35,17 +34,10 @@ def _taken(compared: Compared) -> list[str]:
         lines.append(f"- {observed.name}: {kind}{', ' if observed.found.note else ''}{observed.found.note}")
         lines += [
             f"- {observed.name}: a machine's line at {line.frequency:.3f} Hz, no mode ({line.share:.1%} of the energy,"
-            f" largest at {_largest(compared, observed, line)})"
+            f" largest at {compared.sensors[observed.largest(line)]}: {line.amplitude[observed.largest(line)]:.3g})"
             for line in observed.found.harmonics
         ]
     return lines
-
-
-def _largest(compared: Compared, observed: Observed, line: Harmonic) -> str:
-    """Return the sensor at which a machine's line moves the structure most, with its amplitude there."""
-    displaced = line.amplitude / (2 * np.pi * line.frequency) ** observed.identified.orders
-    place = int(np.argmax(displaced))
-    return f"{compared.sensors[place]}: {line.amplitude[place]:.3g}"
 
 
 def _modes(compared: Compared) -> list[str]:

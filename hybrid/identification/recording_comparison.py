@@ -18,6 +18,7 @@ from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
 from hybrid.identification.combinations import Combination, combinations_of
 from hybrid.identification.config import COMPARISON
+from hybrid.identification.harmonics import Harmonic
 from hybrid.identification.identification import Identification, identify
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.mode_changes import RecordingChange, changes_among
@@ -56,6 +57,10 @@ class Observed:
     def shown(self) -> list[int]:
         """Numbers of the identified modes of which the recording holds enough periods to tell something of them."""
         return [int(n) for n in np.flatnonzero(self.identified.frequencies * self.lasts >= COMPARISON.min_periods)]
+
+    def largest(self, line: Harmonic) -> int:
+        """Return the number of the sensor at which a machine's ``line`` moves the structure most."""
+        return int(np.argmax(line.amplitude / (2 * np.pi * line.frequency) ** self.identified.orders))
 
 
 @dataclass(frozen=True)

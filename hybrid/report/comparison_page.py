@@ -130,8 +130,7 @@ def _taken(own: Observed, compared: Compared) -> str:
     """Return how a recording was taken, with the lines of machines in it."""
     kind = "unknown forces" if own.found.is_ambient else "free decay"
     lines = [
-        f"a machine's line at {line.frequency:.3f} Hz, no mode, largest at"
-        f" {compared.sensors[int(np.argmax(line.amplitude))]}"
+        f"a machine's line at {line.frequency:.3f} Hz, no mode, largest at {compared.sensors[own.largest(line)]}"
         for line in own.found.harmonics
     ]
     note = [own.found.note] if own.found.note else []
