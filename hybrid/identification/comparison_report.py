@@ -17,7 +17,7 @@ PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 def describe_compared(compared: Compared) -> str:
     """Return what is seen, as tables in Markdown."""
-    parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _changes, _coordinates, _shapes]
+    parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _suspects, _changes, _coordinates, _shapes]
     if any(not observed.found.is_ambient for observed in compared.recordings):
         parts += [_shares, _decays, _combinations]
     texts = ["\n".join(part(compared)) for part in parts]
@@ -69,6 +69,12 @@ def _others(compared: Compared) -> list[str]:
         ]
         lines.append(f"- {observed.name}: {'; '.join(others) or 'none'}")
     return lines
+
+
+def _suspects(compared: Compared) -> list[str]:
+    """Return what speaks against a sensor."""
+    found = compared.suspects()
+    return ["Sensors that do not go with the others:", *(f"- {line}" for line in found)] if found else []
 
 
 def _changes(compared: Compared) -> list[str]:

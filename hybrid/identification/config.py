@@ -169,6 +169,14 @@ class PairingConfig:
 
 
 @dataclass(frozen=True)
+class SuspectSensorsConfig:
+    """Sensors that keep shapes from being those expected."""
+
+    least_gain: float = 0.03  # of what is expected: less is said to be nothing
+    most_left: float = 0.2  # of what a sensor shows, by one gain in all modes: as much as models and noise leave
+
+
+@dataclass(frozen=True)
 class ChangesConfig:
     """What changed from one recording to another."""
 
@@ -215,6 +223,7 @@ BACKBONE = BackboneConfig()
 AGREEMENT = AgreementConfig()
 COMPARISON = ComparisonConfig()
 PAIRING = PairingConfig()
+SUSPECT_SENSORS = SuspectSensorsConfig()
 CHANGES = ChangesConfig()
 REALISATION = RealisationConfig()
 FREQUENCY_RESPONSE = FrequencyResponseConfig()

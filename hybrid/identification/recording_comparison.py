@@ -24,10 +24,15 @@ from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.mode_changes import RecordingChange, changes_among
 from hybrid.identification.pairing import displacements_of, paired
 from hybrid.identification.shape_correlation import coordinate_mac
+from hybrid.identification.suspect_sensors import suspect_sensors
+
+LISTED = 6  # modes in a message
+MODELS = "the model's"
 
 NOTHING_IN_COMMON = (
-    "none of the model's modes is seen in all recordings, no more in {name!r}: these are too short (ten periods are"
-    " enough), or their modes too unlike the model's; nothing can be compared"
+    "none of the model's modes is seen in all recordings, no more in {name!r}, which shows {shown}, where the model has"
+    " {expected}: these are too short (ten periods are enough), or their modes too unlike the model's; nothing can be"
+    " compared"
 )
 
 
@@ -94,6 +99,15 @@ class Compared:
         numbers = np.array(self.pairs(observed), dtype=int).reshape(-1, 2)
         return coordinate_mac(self.shapes[:, numbers[:, 0]], observed.shapes[:, numbers[:, 1]])
 
+    def suspects(self) -> list[str]:
+        """Return a line for each recording with a sensor that keeps shapes from being the model's."""
+        lines = []
+        for own in self.recordings:
+            found = suspect_sensors(self.nominal, self.shapes, own.identified.frequencies, own.shapes)
+            if found is not None and any(own.chosen[mode] < 0 for mode in found.modes):
+                lines.append(f"{own.name}: {found.words(self.sensors, MODELS)}")
+        return lines
+
 
 def compare_recordings(
     dataset: Dataset, advance: Callable[[], object] = nothing, known: Mapping[str, Identification] | None = None
@@ -117,7 +131,7 @@ def compare_recordings(
         found_in[number] = observed
         seen &= {mode for mode in seen if observed.chosen[mode] >= 0}
         if not seen:
-            raise InputError(NOTHING_IN_COMMON.format(name=observed.name))
+            raise InputError(_nothing_in_common(dataset, observed, nominal, shapes))
         advance()
     observations = [found_in[number] for number in range(len(singles))]
     followed = _strongest(seen, observations)
@@ -135,6 +149,21 @@ def compare_recordings(
     )
     names = tuple(sensor.name for sensor in dataset.sensors)
     return Compared(nominal, shapes, names, followed, tuple(observations), every, window, changes)
+
+
+def _nothing_in_common(dataset: Dataset, observed: Observed, nominal: FloatArray, shapes: FloatArray) -> list[str]:
+    """Return why the modes of a recording are not the model's, as far as they tell."""
+    own = observed.identified.strongest(LISTED)
+    shown = f"{_listed(own.frequencies)} Hz" if len(own.frequencies) else "no mode at all"
+    faults = [NOTHING_IN_COMMON.format(name=observed.name, shown=shown, expected=f"{_listed(nominal[:LISTED])} Hz")]
+    suspect = suspect_sensors(nominal, shapes, observed.identified.frequencies, observed.shapes)
+    if suspect is not None:
+        faults.append(f"{observed.name}: {suspect.words([sensor.name for sensor in dataset.sensors], MODELS)}")
+    return faults
+
+
+def _listed(frequencies: FloatArray) -> str:
+    return ", ".join(f"{frequency:.4g}" for frequency in frequencies)
 
 
 def _highest(dataset: Dataset, recording: Recording) -> float:

@@ -229,6 +229,10 @@ def _unknown(compared: Compared | None) -> Iterator[Block]:
     missing = [str(mode + 1) for mode in range(len(compared.nominal)) if not _is_seen(compared, mode)]
     if missing:
         yield Paragraph(f"Seen in no recording: mode{'s' * (len(missing) > 1)} {', '.join(missing)} of the model.")
+    suspects = compared.suspects()
+    if suspects:
+        yield Paragraph("Sensors that do not go with the others:")
+        yield Bullets(tuple(suspects))
     free = [own for own in compared.recordings if not own.found.is_ambient]
     if free:
         left = (f"{own.name}: {percentage(own.identified.left)} of its energy" for own in free)

@@ -1,0 +1,123 @@
+"""Which sensors keep measured shapes from being those that are expected at the same frequencies.
+
+Each sensor in turn is left out, and each two are put in each other's place. What makes the shapes of all modes agree
+far better than chance does is told; by chance shapes at n sensors agree as well or better with the probability
+
+    prod_k P(MAC > MAC_k),   MAC ~ beta(1/2, (n - 1) / 2)   (see `pairing`),
+
+once for each of the suppositions. A sensor that was left out shows, over what the expected shapes have there,
+
+    g = sum_k u_k c_k phi_k / sum_k (c_k phi_k)^2,
+
+with c_k the scale of the measured shape u_k over the expected one phi_k at the other sensors.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy.stats import beta
+
+from fe_models.arrays import TINY, FloatArray
+from fe_models.modes import mac
+from hybrid.identification.config import COMPARISON, PAIRING, SUSPECT_SENSORS
+
+
+@dataclass(frozen=True)
+class SuspectSensors:
+    """The numbers of ``sensors``: one that does not fit, or two in each other's place. ``modes``: numbers of the
+    expected modes whose shapes are found without it; ``gain``: what the one shows over what is expected, None where
+    that differs from mode to mode, or of two.
+    """
+
+    sensors: tuple[int, ...]
+    modes: tuple[int, ...]
+    gain: float | None = None
+
+    def words(self, names: Sequence[str], whose: str) -> str:
+        """Return it in words; ``names`` (sensor,), ``whose``: of what the expected modes are."""
+        many = "s" * (len(self.modes) > 1)
+        modes = f"mode{many} {', '.join(str(mode + 1) for mode in self.modes)}"
+        at = f"at the frequenc{'ies' if many else 'y'} of {whose} {modes}"
+        if len(self.sensors) > 1:
+            first, second = (names[number] for number in self.sensors)
+            return f"shapes {at} would agree with {first} and {second} in each other's place: check cables and names"
+        (name,) = (names[number] for number in self.sensors)
+        if self.gain is None:
+            shows = "what it shows does not go with the others"
+        elif abs(self.gain) < SUSPECT_SENSORS.least_gain:
+            shows = "it hardly shows that they move"
+        else:
+            shows = f"it shows {self.gain:.2g} times what is expected"
+        return f"shapes {at} agree without sensor {name}: {shows}; check its direction, unit, place and cable"
+
+
+def suspect_sensors(
+    expected: FloatArray, shapes: FloatArray, frequencies: FloatArray, found: FloatArray
+) -> SuspectSensors | None:
+    """Return the sensors without which, or the two in whose places, shapes agree; None where nothing tells so.
+
+    ``expected`` (mode,) and ``frequencies`` (other,): natural frequencies, Hz, of modes with ``shapes`` (sensor, mode)
+    and ``found`` (sensor, other), real ones of displacements.
+    """
+    pairs = _near(expected, frequencies)
+    if not pairs:
+        return None
+    modes, own = (list(numbers) for numbers in zip(*pairs, strict=True))
+    phi, u = shapes[:, modes], found[:, own]
+    if _mac(phi, u).min() >= COMPARISON.min_mac:
+        return None  # there is nothing to explain
+    every = list(_suppositions(phi, u))
+    chances = [chance for chance, _ in every]
+    if not every or min(chances) * len(every) > PAIRING.max_chance:
+        return None
+    sensors = every[int(np.argmin(chances))][1]
+    gain = _gain(phi, u, sensors[0]) if len(sensors) == 1 else None
+    return SuspectSensors(sensors, tuple(modes), gain)
+
+
+def _near(expected: FloatArray, frequencies: FloatArray) -> list[tuple[int, int]]:
+    """Return the modes and others that are each other's nearest in frequency, and near enough."""
+    if not len(expected) or not len(frequencies):
+        return []
+    apart = np.abs(np.log(frequencies / expected[:, None]))
+    near = apart <= -np.log1p(-COMPARISON.max_frequency_difference)
+    return [
+        (mode, int(own))
+        for mode, own in enumerate(np.argmin(apart, axis=1))
+        if near[mode, own] and int(np.argmin(apart[:, own])) == mode
+    ]
+
+
+def _suppositions(phi: FloatArray, u: FloatArray) -> Iterator[tuple[float, tuple[int, ...]]]:
+    """Yield the chance of each supposition under which all shapes agree, with its sensors."""
+    count = len(phi)
+    for number in range(count):
+        yield from _chance(np.delete(phi, number, axis=0), np.delete(u, number, axis=0), (number,))
+    for first, second in combinations(range(count), 2):
+        order = np.arange(count)
+        order[[first, second]] = second, first
+        yield from _chance(phi, u[order], (first, second))
+
+
+def _chance(phi: FloatArray, u: FloatArray, sensors: tuple[int, ...]) -> Iterator[tuple[float, tuple[int, ...]]]:
+    criterion = _mac(phi, u)
+    if len(phi) > 1 and criterion.min() >= COMPARISON.min_mac:
+        yield float(np.prod(beta.sf(criterion, 0.5, (len(phi) - 1) / 2))), sensors
+
+
+def _mac(phi: FloatArray, u: FloatArray) -> FloatArray:
+    """Return the MAC (mode,) of each shape with its own other."""
+    return np.diagonal(np.atleast_2d(mac(phi, u)))
+
+
+def _gain(phi: FloatArray, u: FloatArray, sensor: int) -> float | None:
+    """Return what a sensor shows over what is expected there, None where modes differ in it."""
+    others = np.delete(np.arange(len(phi)), sensor)
+    scale = np.sum(u[others] * phi[others], axis=0) / np.maximum(np.sum(phi[others] ** 2, axis=0), TINY)
+    expected, shown = scale * phi[sensor], u[sensor]
+    gain = float(shown @ expected / max(float(expected @ expected), TINY))
+    left = float(np.linalg.norm(shown - gain * expected))
+    alike = left <= SUSPECT_SENSORS.most_left * max(float(np.linalg.norm(shown)), float(np.linalg.norm(expected)))
+    return gain if alike else None

@@ -1,0 +1,94 @@
+"""A sensor that keeps shapes from being those expected is named, and nothing else is."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from fe_models.arrays import FloatArray
+from fe_models.errors import InputError
+from fe_models.recordings import Dataset, Recording
+from hybrid.identification.comparison_report import describe_compared
+from hybrid.identification.recording_comparison import compare_recordings
+from hybrid.identification.suspect_sensors import suspect_sensors
+from tests.hybrid_problems import chain_dataset, chain_modes
+
+EXPECTED = np.array([1.9, 6.3, 13.0])
+RNG = np.random.default_rng(0)
+SHAPES = RNG.standard_normal((5, 3))
+NAMES = ["a", "b", "c", "d", "e"]
+
+
+def seen(fault: Callable[[FloatArray], FloatArray], seed: int = 1) -> FloatArray:
+    """Return the shapes of any scale, with errors of a hundredth, as sensors with a ``fault`` show them."""
+    rng = np.random.default_rng(seed)
+    return fault(SHAPES * [2.0, -0.3, 1.0] + 0.01 * rng.standard_normal(SHAPES.shape))
+
+
+def times(row: int, by: FloatArray | float) -> Callable[[FloatArray], FloatArray]:
+    def scaled(shapes: FloatArray) -> FloatArray:
+        shapes[row] *= by
+        return shapes
+
+    return scaled
+
+
+@pytest.mark.parametrize(("gain", "words"), [(-1.0, "shows -1 times"), (1 / 9.81, "shows 0.1 times"), (0.0, "hardly")])
+def test_one_sensor_with_a_gain(gain: float, words: str) -> None:
+    found = suspect_sensors(EXPECTED, SHAPES, 0.97 * EXPECTED, seen(times(2, gain)))
+    assert found is not None
+    assert (found.sensors, found.modes) == ((2,), (0, 1, 2))
+    assert found.gain == pytest.approx(gain, abs=0.05)
+    told = found.words(NAMES, "the model's")
+    assert "without sensor c" in told
+    assert words in told
+
+
+def test_a_velocity_called_an_acceleration_has_no_gain() -> None:
+    found = suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(times(1, -10 / EXPECTED)))
+    assert found is not None
+    assert (found.sensors, found.gain) == ((1,), None)
+    assert "does not go with the others" in found.words(NAMES, "the model's")
+
+
+def test_two_sensors_in_each_other_s_place() -> None:
+    found = suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(lambda shapes: shapes[[0, 4, 2, 3, 1]]))
+    assert found is not None
+    assert found.sensors == (1, 4)
+    assert "b and e in each other's place" in found.words(NAMES, "the model's")
+
+
+def test_right_sensors_are_not_suspected() -> None:
+    assert suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(lambda shapes: shapes)) is None
+    assert suspect_sensors(EXPECTED, SHAPES, 3 * EXPECTED, seen(times(2, -1.0))) is None  # other modes altogether
+    assert suspect_sensors(EXPECTED, SHAPES, np.zeros(0), np.zeros((5, 0))) is None
+
+
+@pytest.mark.parametrize("sensors", [1, 2, 3, 4, 8])
+def test_another_structure_is_no_fault_of_a_sensor(sensors: int) -> None:
+    rng = np.random.default_rng(sensors)
+    told = 0
+    for _ in range(200):
+        shapes, others = rng.standard_normal((2, sensors, 3))
+        told += suspect_sensors(EXPECTED, shapes, EXPECTED, others) is not None
+    assert told <= 6  # 2 of 100 by chance
+
+
+def turned(dataset: Dataset, number: int) -> Dataset:
+    """Return a dataset with one sensor mounted the other way round."""
+    signs = np.where(np.arange(len(dataset.sensors)) == number, -1.0, 1.0)
+    recordings = tuple(
+        Recording(recording.name, recording.data * signs, recording.role) for recording in dataset.recordings
+    )
+    return Dataset(dataset.model, dataset.sampling_rate, dataset.sensors, recordings)
+
+
+def test_a_comparison_names_the_sensor_that_keeps_it_from_its_work() -> None:
+    dataset = chain_dataset(chain_modes(), noise=0.005, realisations=1, samples=1000)
+    assert "do not go with the others" not in describe_compared(compare_recordings(dataset))
+    name = dataset.sensors[3].name
+    try:
+        text = describe_compared(compare_recordings(turned(dataset, 3)))
+    except InputError as error:
+        text = " ".join(error.faults)
+    assert f"without sensor {name}: it shows -1 times what is expected" in text
