@@ -125,6 +125,30 @@ def test_one_sensor_tells_no_mode_by_its_shape() -> None:
     assert found.words[0].startswith("mode 1 (2.007 Hz) is not seen")
 
 
+def test_a_wrong_sampling_rate_is_asked_about() -> None:
+    found = judged(history(np.random.default_rng(7), 8), observed("now", FREQUENCIES * 2))
+    assert found.alarm
+    assert found.words[-1] == "all frequencies are 2 times the usual, with the same shapes: is its sampling rate right?"
+    apart = judged(history(np.random.default_rng(7), 8), observed("now", FREQUENCIES * [2.0, 2.2, 2.4]))
+    assert not any("sampling rate" in words for words in apart.words)
+
+
+def test_a_sensor_that_was_turned_round_is_named() -> None:
+    rng = np.random.default_rng(8)
+    shapes = rng.standard_normal((3, 5))
+
+    def shown(own: Observation, signs: FloatArray) -> Observation:
+        pairs = zip(own.modes, shapes, strict=True)
+        return replace(own, modes=tuple(replace(mode, shape=tuple((shape * signs).tolist())) for mode, shape in pairs))
+
+    right = np.ones(5)
+    turned = np.where(np.arange(5) == 3, -1.0, 1.0)
+    usual = [shown(own, right) for own in history(rng, 8)]
+    found = judged(usual, shown(observed("now", FREQUENCIES), turned), ["a", "b", "c", "d", "e"])
+    assert found.alarm
+    assert "agree without sensor d: it shows -1 times what is expected" in found.words[-1]
+
+
 def one_sensor(own: Observation) -> Observation:
     return replace(own, modes=tuple(replace(mode, shape=(1.0,)) for mode in own.modes))
 

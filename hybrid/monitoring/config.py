@@ -16,6 +16,7 @@ class MonitoringConfig:
     most_lost: float = 0.5
     # of the energy, in every recording of the history: accelerations hold little more of a lowest mode, noise less
     strong_share: float = 0.01
+    same_factor: float = 0.02  # relative: frequencies that differ from the usual by one factor, as of a wrong rate
     before: int = 3  # recordings of the usual state, the last ones, beside which a changed one is diagnosed
 
 

@@ -21,7 +21,10 @@ import numpy as np
 from scipy.stats import f, t
 
 from fe_models.arrays import FloatArray
+from fe_models.modes import mac
 from hybrid.identification.config import CHANGES
+from hybrid.identification.pairing import is_telling
+from hybrid.identification.suspect_sensors import suspect_sensors
 from hybrid.monitoring.config import MONITORING
 from hybrid.monitoring.observation import Limits, Observation, SeenMode
 from hybrid.monitoring.tracked_modes import TrackedModes, tracked
@@ -41,8 +44,8 @@ class Judged:
     words: tuple[str, ...]
 
 
-def judged(history: Sequence[Observation], observation: Observation) -> Judged:
-    """Return how a recording stands to a history of two recordings or more.
+def judged(history: Sequence[Observation], observation: Observation, sensors: Sequence[str] = ()) -> Judged:
+    """Return how a recording stands to a history of two recordings or more; ``sensors``: their names.
 
     The chance of a false alarm is shared equally: half for all frequencies together, half for the single ones.
     """
@@ -65,6 +68,7 @@ def judged(history: Sequence[Observation], observation: Observation) -> Judged:
     lost = [number for number in whole if seen[number] is None]
     strong = [number for number in lost if least[number] >= MONITORING.strong_share]
     words += [_lost(number, modes, least[number]) for number in lost] if observation.modes else [NO_MODE]
+    words += _in_their_place(modes, seen, observation, sensors) if lost else []
     gone = not observation.modes or bool(strong) or len(lost) > MONITORING.most_lost * len(whole)
     return Judged(distance, limits, bool(outside) or gone or (distance or 0.0) > 1, tuple(words))
 
@@ -140,6 +144,38 @@ def _lost(number: int, modes: TrackedModes, least: float) -> str:
     strong = f", though it had at least {least:.0%} of the energy in every recording of the history"
     told = strong if least >= MONITORING.strong_share else ""
     return f"mode {number + 1} ({modes.frequencies[number]:.4g} Hz) is not seen{told}"
+
+
+def _in_their_place(
+    modes: TrackedModes, seen: Sequence[SeenMode | None], observation: Observation, sensors: Sequence[str]
+) -> list[str]:
+    """Return what a recording shows instead of modes that it lacks, where that speaks of how it was measured."""
+    words = list[str]()
+    if not observation.modes:
+        return words
+    factor = _common_factor(modes, seen, observation)
+    if factor is not None:
+        words.append(
+            f"all frequencies are {factor:.3g} times the usual, with the same shapes: is its sampling rate right?"
+        )
+    suspect = suspect_sensors(modes.frequencies, modes.shapes, observation.frequencies, observation.shapes)
+    if suspect is not None:
+        names = sensors or [str(number + 1) for number in range(len(modes.shapes))]
+        words.append(suspect.words(names, "the usual"))
+    return words
+
+
+def _common_factor(modes: TrackedModes, seen: Sequence[SeenMode | None], observation: Observation) -> float | None:
+    """Return by which factor all frequencies differ from the usual where shapes are the same; None where none does."""
+    if any(own is not None for own in seen) or len(seen) < 2:
+        return None
+    criterion = np.atleast_2d(mac(modes.shapes, observation.shapes))
+    alike = np.argmax(criterion, axis=1)
+    best = criterion[np.arange(len(seen)), alike]
+    if best.min() < CHANGES.alone_mac or not is_telling(best, len(modes.shapes)).all():
+        return None
+    factors = observation.frequencies[alike] / modes.frequencies
+    return float(np.median(factors)) if np.ptp(factors) < MONITORING.same_factor * factors.min() else None
 
 
 def _moved(own: Limits) -> str:

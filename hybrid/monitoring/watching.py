@@ -74,8 +74,9 @@ class Watch:
         listed = own.file in {each.file for each in self.station.listed}
         observation = Observation(own.name, self.station.key(own.file), own.modified, kept.state, Standing.HISTORY)
         try:
-            modes = (self.identified or modes_of)(self.station.dataset([own]))
-            observation = self._judged(replace(observation, modes=modes), kept, listed)
+            dataset = self.station.dataset([own])
+            observation = replace(observation, modes=(self.identified or modes_of)(dataset))
+            observation = self._judged(observation, kept, listed, [sensor.name for sensor in dataset.sensors])
         except InputError as error:
             observation = replace(observation, standing=Standing.UNREADABLE, words=error.faults)
         except Exception as error:  # of any kind: the others go on, and every restart would meet it again
@@ -87,13 +88,13 @@ class Watch:
         save_kept(self.out, found)
         return found
 
-    def _judged(self, observation: Observation, kept: Kept, listed: bool) -> Observation:
+    def _judged(self, observation: Observation, kept: Kept, listed: bool, sensors: list[str]) -> Observation:
         history = kept.history
         if len(history) < max(2, self.least_history) or listed:
             if not observation.modes:  # nothing to learn from
                 return replace(observation, standing=Standing.UNREADABLE, words=(NO_MODE,))
             return observation
-        found = judged(history, observation)
+        found = judged(history, observation, sensors)
         standing = Standing.ALARM if found.alarm else Standing.USUAL
         first = found.alarm and not alarms_at_the_end(kept.observations)
         return replace(
