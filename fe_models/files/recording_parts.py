@@ -1,6 +1,7 @@
 """The recordings of a dataset file: their tables read, their files loaded, what is in them checked."""
 
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -13,6 +14,7 @@ from fe_models.files.known_motion import KNOWN_MOTION, Checked, excitation_fault
 from fe_models.files.recording_checks import check_data, check_rates, size_faults
 from fe_models.files.recording_files import RecordingFile, load_recording, skipped_note
 from fe_models.files.tables import Table, at, read_list, read_table
+from fe_models.quiet_start import quiet_start, quiet_words
 from fe_models.recordings import Excitation, Recording
 
 
@@ -61,7 +63,7 @@ def read_recordings(
             recording = Recording(row.name, found.data, row.role, loads, 0, base, own, row.excitation)
             done = _mended(recording, row, place, alone, channels, faults)
             recordings += done.stretches
-            notes += done.notes
+            notes += [*done.notes, *_quiet_notes(done.stretches, alone.sampling_rate)]
             faults.extend(f"{place} ({row.name}): {fault}" for fault in excitation_faults(row.excitation, table))
             if found.skipped:
                 skipped.setdefault(found.skipped, []).append(row.file)
@@ -78,6 +80,18 @@ def read_recordings(
     notes += [f"{', '.join(dict.fromkeys(files))}: read as a file {form}" for form, files in forms.items()]
     notes += [skipped_note(columns, dict.fromkeys(files)) for columns, files in skipped.items()]
     return ReadRecordings(tuple(recordings), tuple(notes))
+
+
+def _quiet_notes(recordings: Sequence[Recording], rate: float | None) -> list[str]:
+    """Return a note on each recording that is to be free and in whose beginning nothing moves; ``rate``: in Hz."""
+    notes = []
+    for recording in recordings:
+        if rate is None or recording.is_driven or recording.excitation not in (None, "free"):
+            continue
+        quiet = quiet_start(recording.data[0])
+        if quiet:
+            notes.append(f"{recording.name}: {quiet_words(quiet / rate)}")
+    return notes
 
 
 def _with_own_rate(row: _RecordingTable, place: str, surroundings: Surroundings, faults: list[str]) -> Surroundings:

@@ -4,8 +4,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from fe_models.files.signals import Signals, read_signals
+from fe_models.quiet_start import quiet_start
 from hybrid.inspection.channel_facts import ChannelFacts, channel_facts
-from hybrid.inspection.likely_excitation import Guess, likely_excitation
+from hybrid.inspection.likely_excitation import Guess, Moved, likely_excitation
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,12 @@ class Inspection:
         """How long the recording lasts, s; None where the file does not say its rate."""
         rate = self.signals.sampling_rate
         return None if rate is None else len(self.signals.values) / rate
+
+    @property
+    def quiet(self) -> int:
+        """Samples before anything moves, where no force is known; 0 where it moves at once."""
+        is_driven = bool(self.guess.channels)
+        return 0 if is_driven or self.guess.moved is Moved.AMBIENT else quiet_start(self.signals.values)
 
 
 def inspect_file(path: Path, key: str | None = None, sampling_rate: float | None = None) -> Inspection:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from fe_models.quiet_start import quiet_words
 from hybrid.figures import COLOURS, PANEL_HEIGHT, PANEL_WIDTH, Sheet, figure
 from hybrid.inspection.channel_facts import ChannelFacts, spectrum
 from hybrid.inspection.inspection import Inspection
@@ -45,6 +46,9 @@ def describe(found: Inspection) -> str:
     which = ", ".join(signals.names[channel] for channel in found.guess.channels)
     driven = f" ({which})" if which else ""
     lines.append(f"It looks like {found.guess.moved.value}{driven}: {ADVICE[found.guess.moved]}.")
+    if found.quiet:
+        words = quiet_words(found.quiet / rate) if rate else quiet_words(found.quiet, "samples")
+        lines.append(f"{words[0].upper()}{words[1:]}.")
     return "\n".join(lines)
 
 
@@ -78,6 +82,7 @@ def as_json(found: Inspection) -> dict[str, Any]:
         "sampling_rate": signals.sampling_rate,
         "duration": found.duration,
         "looks_like": found.guess.moved.name.lower(),
+        "quiet_samples": found.quiet,
         "driving_channels": [signals.names[channel] for channel in found.guess.channels],
         "channels": [
             {name: _known(value) for name, value in vars(fact).items()} | {"dead": fact.is_dead} for fact in found.facts
