@@ -1,5 +1,7 @@
 """Hammers: knocks of a few samples, behind a low-pass or not yet."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh, expm
@@ -12,7 +14,7 @@ from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.report import report_table
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from hybrid.known_loads.behind_lowpass import behind
-from hybrid.known_loads.short_knocks import without_short_knocks
+from hybrid.known_loads.short_knocks import after_loads, without_short_knocks
 
 RATE, FINE, SAMPLES, LOWPASS = 1000.0, 50, 600, 300.0  # Hz, steps to a sample, samples, Hz
 
@@ -112,6 +114,16 @@ def test_recordings_of_short_knocks_begin_after_them() -> None:
     for recording in dataset.recordings:
         assert not recording.loads
         assert 104 <= recording.skipped <= 107  # the knocks end 3.7 ms after the 100th sample at most, and two more
+
+
+def test_what_comes_after_loads_is_most_of_a_recording_or_all_of_it_stays() -> None:
+    first, second, _ = knocked(0.02).recordings
+    after = after_loads(first)
+    assert not after.loads
+    assert 120 <= after.skipped <= 125  # the knock lasts 20 samples after the 100th
+    late = replace(second, loads=tuple(replace(load, values=np.roll(load.values, -150)) for load in second.loads))
+    assert after_loads(late) is late
+    assert after_loads(after) is after
 
 
 def test_knocks_whose_samples_tell_their_force_stay_loads() -> None:

@@ -24,6 +24,7 @@ from fe_models.recordings import Assumptions, Dataset, Load, Sensor
 from fe_models.structure import Spring, Structure
 from hybrid.commands.app import app
 from hybrid.identification.computed_response import computed_response
+from hybrid.identification.dataset_comparison import compare_dataset
 from hybrid.identification.frequency_response import FrequencyResponse, frequency_response
 from hybrid.identification.frequency_response_report import describe_responses
 from tests.space_frames import two_storeys
@@ -217,6 +218,27 @@ def test_the_command_refuses_an_extended_model_that_does_not_fit(tmp_path: Path)
     assert result.exit_code == 2
     assert "sensor 'a3': node 3 does not exist; the model's nodes are 1 to 2" in result.output
     assert "load at node 3 in x: node 3 does not exist" in result.output
+
+
+def test_the_decay_of_a_knock_that_was_double_has_the_structure_s_modes() -> None:
+    twice = Load(3, "x", np.roll(knock(1200), -50) + 2 * np.roll(knock(1200), 150))  # a second blow 2 s after the first
+    found = compare_dataset(shaken(twice, noise=0.001))
+    assert "no frequency response functions: 1 inputs and 1 segments" in found.notes[0]
+    assert found.compared is not None
+    (seen,) = found.compared.recordings
+    numbers = [number for number in seen.chosen if number >= 0]
+    assert len(numbers) == 3
+    np.testing.assert_allclose(seen.identified.frequencies[numbers], found.compared.nominal, rtol=2e-4)
+    np.testing.assert_allclose(seen.identified.ratios[numbers], fe.natural_modes(STOREYS).damping_ratio, rtol=0.02)
+
+
+def test_what_keeps_both_from_being_compared_is_told() -> None:
+    still = shaken(Load(3, "x", knock(512)), noise=0.0)
+    noise = np.random.default_rng(0).standard_normal((1, 512, 3))
+    data = replace(still, recordings=(replace(still.recordings[0], data=noise),))
+    with pytest.raises(InputError, match="no frequency response functions") as caught:
+        compare_dataset(data)
+    assert any("none of the model's modes is seen" in fault for fault in caught.value.faults)
 
 
 @pytest.mark.slow

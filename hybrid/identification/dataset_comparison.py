@@ -2,7 +2,7 @@
 response functions where forces are known.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 
 from fe_models.errors import InputError, raise_faults
@@ -14,6 +14,7 @@ from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.frequency_response import FrequencyResponse, extended_faults, frequency_response
 from hybrid.identification.frequency_response_report import describe_responses
 from hybrid.identification.recording_comparison import Compared, compare_recordings
+from hybrid.known_loads.short_knocks import after_loads
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,9 @@ def compare_dataset(
     """Return what the recordings of a dataset show beside its model, and beside an ``extended`` one.
 
     Recordings under known forces whose functions cannot be had (of too few averages, say) are taken by the modes that
-    they show, as a knock's decay does. ``progress``: whether a bar is shown; left out, where there is a terminal.
-    `InputError` where no strong mode is one of the model's, or the extended model does not fit.
+    they show, from where the forces have ended if most of them lies there: the decay of a knock. ``progress``: whether
+    a bar is shown; left out, where there is a terminal. `InputError` where no strong mode is one of the model's, or the
+    extended model does not fit.
     """
     begun = perf_counter()
     raise_faults(extended_faults(dataset, extended) if extended is not None else ())
@@ -56,10 +58,14 @@ def compare_dataset(
         try:
             responses = frequency_response(driven, extended)
         except InputError as reason:
-            free, notes = dataset, tuple(f"no frequency response functions: {fault}" for fault in reason.faults)
+            free = replace(dataset, recordings=tuple(map(after_loads, dataset.recordings)))
+            notes = tuple(f"no frequency response functions: {fault}" for fault in reason.faults)
     compared = None
     if free is not None:
         motions = sum(len(recording.data) for recording in free.recordings)
-        with progress_bar("modes of each motion", motions, "motion", shown=progress) as bar:
-            compared = compare_recordings(free, bar.update)
+        try:
+            with progress_bar("modes of each motion", motions, "motion", shown=progress) as bar:
+                compared = compare_recordings(free, bar.update)
+        except InputError as reason:
+            raise InputError([*notes, *reason.faults]) from reason
     return DatasetComparison(dataset, free, compared, responses, notes, perf_counter() - begun)

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.spectra import line_frequencies
 from hybrid.known_loads.config import SHORT_KNOCKS
@@ -33,23 +33,30 @@ def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
 
 def after_short_knock(recording: Recording) -> Recording:
     """Return what comes after a recording's knock, without loads; the recording itself where it is no such knock."""
-    end = _end_of_knock(recording)
-    return recording if end is None else replace(recording.part(end), loads=())
+    strong = _strong(recording)
+    if not len(strong) or int(strong[-1]) + 1 - int(strong[0]) > SHORT_KNOCKS.max_samples:
+        return recording
+    return after_loads(recording) if any(_is_unresolved(load.values) for load in recording.loads) else recording
 
 
-def _end_of_knock(recording: Recording) -> int | None:
-    """Return the first sample after a recording's knock, None where it is none, or its samples tell its force."""
+def after_loads(recording: Recording) -> Recording:
+    """Return what comes after a recording's loads, without these; the recording itself where that is too little."""
+    strong = _strong(recording)
+    if not len(strong):
+        return recording
+    end, samples = int(strong[-1]) + SHORT_KNOCKS.samples_after, recording.data.shape[1]
+    too_little = samples - end < SHORT_KNOCKS.min_share_left * samples
+    return recording if too_little else replace(recording.part(end), loads=())
+
+
+def _strong(recording: Recording) -> IntArray:
+    """Return the samples (sample,) at which loads act, none where there are none, or the base moves."""
     if recording.base or not recording.loads:
-        return None
+        return np.zeros(0, dtype=int)
     force = np.sum([np.abs(load.values) for load in recording.loads], axis=0)
     if not force.any():
-        return None
-    strong = np.flatnonzero(force > SHORT_KNOCKS.min_force_share * force.max())
-    begin, end = int(strong[0]), int(strong[-1]) + SHORT_KNOCKS.samples_after
-    lasts, left = int(strong[-1]) + 1 - begin, len(force) - end
-    if lasts > SHORT_KNOCKS.max_samples or left < SHORT_KNOCKS.min_share_left * len(force):
-        return None
-    return end if any(_is_unresolved(load.values) for load in recording.loads) else None
+        return np.zeros(0, dtype=int)
+    return np.flatnonzero(force > SHORT_KNOCKS.min_force_share * force.max())
 
 
 def _is_unresolved(values: FloatArray) -> bool:
