@@ -8,7 +8,8 @@ freedom costs Exudyn no more than the drawn one, and no full matrix is ever form
 
 from collections import defaultdict
 from collections.abc import Hashable, Iterable
-from dataclasses import fields
+from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,7 +19,7 @@ from fe_models.arrays import FloatArray, IntArray
 from fe_models.cables import is_slack
 from fe_models.dof_map import DofMap
 from fe_models.mesh import Mesh, mesh
-from fe_models.structure import Cable, PointMass, Structure
+from fe_models.structure import Beam, Cable, Direction, PointMass, Spring, Structure
 
 if TYPE_CHECKING:
     from fe_models.exudyn.item_matrices import ElementMatrices
@@ -39,7 +40,7 @@ def equal_items(structure: Structure, parts: Mesh, state: FloatArray | None) -> 
 
 def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: FloatArray | None) -> list[Group]:
     """Return the matrices of each different one of ``items`` (item, mesh nodes, vector), and where its copies sit."""
-    from fe_models.exudyn import item_matrices  # loads Exudyn only where it is needed
+    from fe_models.exudyn.item_matrices import ElementMatrices  # loads Exudyn only where it is needed
     from fe_models.exudyn.items import Options
 
     options = Options(damping=structure.damping, prestress=state is not None, slack=False)
@@ -49,19 +50,37 @@ def matrices_of(structure: Structure, items: "Iterable[PlacedItem]", state: Floa
     for item, nodes, vector in items:
         rows = [per_node * (node - 1) + i for node in nodes for i in range(per_node)]
         moved = None if state is None else state[rows]
-        key = (_without_place(item), *vector, None if moved is None else moved.tobytes())
+        alike, bits = _without_place(item), None if moved is None else moved.tobytes()
+        key = (alike, *vector, bits)
         if key not in matrices:
-            matrices[key] = item_matrices.element_matrices(structure.directions, item, vector, options, moved)
+            matrices[key] = _linearised(structure.directions, alike, vector.tobytes(), options, bits)
             if moved is not None and isinstance(item, Cable) and is_slack(item, vector, moved):
-                matrices[key] = item_matrices.ElementMatrices(matrices[key].mass, *np.zeros((2, len(rows), len(rows))))
+                matrices[key] = ElementMatrices(matrices[key].mass, *np.zeros((2, len(rows), len(rows))))
         rows_of[key].append(rows)
     return [(matrices[key], np.array(rows, dtype=np.int64)) for key, rows in rows_of.items()]
 
 
-def _without_place(item: "Item") -> Hashable:
-    """Return what makes an item's matrices: its kind and all its fields but the node numbers and the group."""
-    made_of = [getattr(item, entry.name) for entry in fields(item) if entry.name not in ("node", "nodes", "group")]
-    return (type(item), isinstance(item, PointMass) or len(item.nodes), *made_of)
+@lru_cache(maxsize=4096)
+def _linearised(
+    directions: tuple[Direction, ...], item: "Item", vector: bytes, options: "Options", moved: bytes | None
+) -> "ElementMatrices":
+    """Return the matrices of one item, kept for all structures that have an equal one; arrays come as their bits."""
+    from fe_models.exudyn.item_matrices import element_matrices
+
+    found = element_matrices(
+        directions, item, np.frombuffer(vector), options, None if moved is None else np.frombuffer(moved)
+    )
+    for matrix in (found.mass, found.damping, found.stiffness):
+        matrix.setflags(write=False)
+    return found
+
+
+def _without_place(item: "Item") -> "Item":
+    """Return what has the item's matrices wherever it sits: the same without its node numbers and its group."""
+    if isinstance(item, PointMass):
+        return replace(item, node=1)
+    moved = replace(item, nodes=tuple(range(1, len(item.nodes) + 1)))
+    return replace(moved, group=None) if isinstance(moved, Beam | Cable | Spring) else moved
 
 
 def summed(groups: list[Group], dofs: DofMap) -> tuple[csr_array, csr_array, csr_array]:
