@@ -23,7 +23,7 @@ from fe_models.structure import Beam, Cable, Direction, PointMass, Spring, Struc
 
 if TYPE_CHECKING:
     from fe_models.exudyn.item_matrices import ElementMatrices
-    from fe_models.exudyn.items import Item
+    from fe_models.exudyn.items import Item, Options
 
     PlacedItem = tuple[Item, tuple[int, ...], FloatArray]
 

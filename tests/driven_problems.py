@@ -31,26 +31,29 @@ def driven_motion(
 ) -> FloatArray:
     """u, u' and u'' of the four masses (quantity, time, mass) under forces ``values`` (time,) along ``pulls`` (mass,).
 
-    K and C are those of the modes; a cubic spring (N/m^3) joins mass 1 to the ground. To about 1e-9.
+    A cubic spring (N/m^3) joins mass 1 to the ground. To about 1e-9.
     """
-    rows = modal.dofs.free_rows
-    shapes = modal.shapes[rows]
-    K = MASS @ shapes @ np.diag(modal.omega**2) @ shapes.T @ MASS
-    C = MASS @ shapes @ np.diag(2 * modal.damping_ratio * modal.omega) @ shapes.T @ MASS
-    inverse, courses = np.linalg.inv(MASS), [interpolant(each) for each in values]
-
-    def acceleration(time: float, x: FloatArray, v: FloatArray) -> FloatArray:
-        known = sum(float(course(time / STEP)) * pull for course, pull in zip(courses, pulls, strict=True))
-        return np.asarray(inverse @ (known - K @ x - C @ v - cubic * np.array([x[0] ** 3, 0, 0, 0])))
+    linear, inverse = slopes(modal), np.linalg.inv(MASS)
+    pushed = interpolant(np.column_stack(values) @ np.stack(pulls) @ inverse)
 
     def rate(time: float, state: FloatArray) -> FloatArray:
-        return np.concatenate([state[4:], acceleration(time, state[:4], state[4:])])
+        found = linear @ state
+        found[4:] += pushed(time / STEP) - cubic * state[0] ** 3 * inverse[0]
+        return found
 
     times = STEP * np.arange(len(values[0]))
     begin = np.zeros(8) if start is None else start
     states = solve_ivp(rate, (0.0, times[-1]), begin, "DOP853", times, rtol=1e-9, atol=1e-10, max_step=STEP).y.T
-    rates = [acceleration(time, state[:4], state[4:]) for time, state in zip(times, states, strict=True)]
+    rates = [rate(time, state)[4:] for time, state in zip(times, states, strict=True)]
     return np.stack([states[:, :4], states[:, 4:], np.array(rates)])
+
+
+def slopes(modal: ModalModel) -> FloatArray:
+    """d[u; u']/dt = A [u; u'] of the four masses under no force, A (8, 8): K and C are those of the modes."""
+    shapes = modal.shapes[modal.dofs.free_rows]
+    decay = 2 * modal.damping_ratio * modal.omega
+    K, C = (shapes @ np.diag(each) @ shapes.T @ MASS for each in (modal.omega**2, decay))  # over the mass
+    return np.block([[np.zeros((4, 4)), np.eye(4)], [-K, -C]])
 
 
 def shown(motion: FloatArray, sensors: Sequence[Sensor]) -> FloatArray:
@@ -96,22 +99,22 @@ def ambient_motion(modal: ModalModel, samples: int, seed: int, cubic: float = 0.
 
     By Runge and Kutta's fourth order in 20 parts of a step, after a hundred samples from rest.
     """
-    shapes, parts = modal.shapes[modal.dofs.free_rows], 20
-    K = MASS @ shapes @ np.diag(modal.omega**2) @ shapes.T @ MASS
-    C = MASS @ shapes @ np.diag(2 * modal.damping_ratio * modal.omega) @ shapes.T @ MASS
-    inverse, h = np.linalg.inv(MASS), STEP / parts
+    linear, inverse, h = slopes(modal), np.linalg.inv(MASS), STEP / 20
     forces = np.random.default_rng(seed).standard_normal((samples + 100, 4))
 
-    def rate(state: FloatArray, force: FloatArray) -> FloatArray:
-        x, v = state[:4], state[4:]
-        return np.concatenate([v, inverse @ (force - K @ x - C @ v - cubic * np.array([x[0] ** 3, 0, 0, 0]))])
+    def rate(state: FloatArray, pushed: FloatArray) -> FloatArray:
+        found = linear @ state
+        found[4:] += pushed
+        if cubic:
+            found[4:] -= cubic * state[0] ** 3 * inverse[0]
+        return found
 
     state, found = np.zeros(8), []
-    for force in forces:
-        found.append([state[:4], state[4:], rate(state, force)[4:]])
-        for _ in range(parts):
-            k1 = rate(state, force)
-            k2 = rate(state + 0.5 * h * k1, force)
-            k3 = rate(state + 0.5 * h * k2, force)
-            state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(state + h * k3, force))
+    for pushed in forces @ inverse:
+        found.append([state[:4], state[4:], rate(state, pushed)[4:]])
+        for _ in range(20):
+            k1 = rate(state, pushed)
+            k2 = rate(state + 0.5 * h * k1, pushed)
+            k3 = rate(state + 0.5 * h * k2, pushed)
+            state = state + h / 6 * (k1 + 2 * k2 + 2 * k3 + rate(state + h * k3, pushed))
     return np.asarray(np.transpose(found[100:], (1, 0, 2)))

@@ -7,6 +7,7 @@ import sys
 import tomllib
 from collections.abc import Callable
 from fnmatch import fnmatch
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -28,15 +29,21 @@ HOMES = {  # library: the only files that may import it
 ABOVE = {"benchmarks", "scripts"}  # what the library never imports
 
 
-def imported(path: Path) -> set[str]:
-    """Top-level packages that a file imports anywhere, also inside functions."""
-    found = set()
+@cache
+def imports_of(path: Path) -> tuple[tuple[str, tuple[str, ...]], ...]:
+    """What a file imports anywhere, also inside functions: modules, and the names that it takes from each."""
+    found = list[tuple[str, tuple[str, ...]]]()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.Import):
-            found |= {alias.name.split(".")[0] for alias in node.names}
+            found += [(alias.name, ()) for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
-            found.add(node.module.split(".")[0])
-    return found
+            found.append((node.module, tuple(alias.name for alias in node.names)))
+    return tuple(found)
+
+
+def imported(path: Path) -> set[str]:
+    """Top-level packages that a file imports anywhere."""
+    return {module.split(".")[0] for module, _ in imports_of(path)}
 
 
 @pytest.mark.parametrize(
@@ -102,12 +109,8 @@ def module_graph() -> dict[str, set[str]]:
     graph = dict[str, set[str]]()
     for name, path in paths.items():
         imports = set()
-        for node in ast.walk(ast.parse(path.read_text())):
-            if isinstance(node, ast.Import):
-                imports |= {alias.name for alias in node.names}
-            elif isinstance(node, ast.ImportFrom) and node.module:
-                inner = {f"{node.module}.{alias.name}" for alias in node.names}
-                imports |= (inner & paths.keys()) or {node.module}
+        for module, names in imports_of(path):
+            imports |= ({f"{module}.{inner}" for inner in names} & paths.keys()) or {module}
         graph[name] = (imports & paths.keys()) - {name}
     for package in ("fe_models", "hybrid"):  # their exports are for users alone
         graph[package] = set()
