@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Hashable, Iterable
 from dataclasses import replace
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.sparse import coo_array, csr_array
@@ -79,7 +79,8 @@ def _without_place(item: "Item") -> "Item":
     """Return what has the item's matrices wherever it sits: the same without its node numbers and its group."""
     if isinstance(item, PointMass):
         return replace(item, node=1)
-    moved = replace(item, nodes=tuple(range(1, len(item.nodes) + 1)))
+    nodes: Any = tuple(range(1, len(item.nodes) + 1))
+    moved = replace(item, nodes=nodes)
     return replace(moved, group=None) if isinstance(moved, Beam | Cable | Spring) else moved
 
 
