@@ -9,6 +9,7 @@ import pytest
 
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
+from hybrid.identification.comparison_report import by_chance
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
 from hybrid.identification.identification import Identification
 from hybrid.identification.identified_modes import IdentifiedModes
@@ -50,6 +51,17 @@ COMPARED = Compared(
     left=np.array([[0.05]]),
     window=5.0,
 )
+
+
+def test_shapes_at_few_sensors_are_said_to_agree_by_chance() -> None:
+    assert by_chance(1).startswith("One sensor has no shape")
+    assert "in 20% of cases" in by_chance(2)
+    assert "in 5% of cases" in by_chance(3)
+    assert by_chance(4) == ""
+    rng = np.random.default_rng(0)
+    shapes, others = rng.standard_normal((2, 3, 20_000))
+    criterion = np.sum(shapes * others, axis=0) ** 2 / np.sum(shapes**2, axis=0) / np.sum(others**2, axis=0)
+    assert np.mean(criterion > 0.9) == pytest.approx(0.05, abs=0.006)  # four standard deviations
 
 
 def test_each_mode_of_each_recording_is_a_row() -> None:

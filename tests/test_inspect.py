@@ -75,6 +75,35 @@ def test_clipping_is_found_and_a_coarse_sensor_is_not_blamed() -> None:
     assert not any("clipped" in fault for fault in faults_of(facts(steps), RATE))
 
 
+@pytest.mark.parametrize("frequency", [1.837, 6.259, 11.03])
+def test_a_peak_is_told_between_the_lines_of_its_spectrum(frequency: float) -> None:
+    (peak,) = facts(decay(damping=0.002, frequency=frequency)[:, 0]).peaks
+    assert peak == pytest.approx(frequency, abs=0.02)  # a tenth of a line
+
+
+def test_a_channel_that_shows_nothing_of_the_others_is_named(tmp_path: Path) -> None:
+    values = np.column_stack([AMBIENT, 1e-3 * np.random.default_rng(1).standard_normal(SAMPLES)])
+    file = tmp_path / "monday.csv"
+    np.savetxt(file, values, delimiter=",", header="a,b,c,loose", comments="")
+    found = inspect_file(file, sampling_rate=RATE)
+    assert found.apart == ("loose",)
+    assert "loose: shows none of the peaks of the other channels (" in describe(found)
+    assert as_json(found)["without_common_peaks"] == ["loose"]
+    np.savetxt(file, AMBIENT, delimiter=",", header="a,b,c", comments="")
+    assert inspect_file(file, sampling_rate=RATE).apart == ()
+    np.savetxt(file, values[:, 2:], delimiter=",", header="c,loose", comments="")
+    assert inspect_file(file, sampling_rate=RATE).apart == ()  # of two nobody knows which one is right
+
+
+def test_a_force_that_rests_is_not_stuck(tmp_path: Path) -> None:
+    force = np.where(np.abs(TIME - 2.0) < 0.02, 100.0, 0.0)
+    file = tmp_path / "knock.csv"
+    np.savetxt(file, np.column_stack([decay(2.0), force]), delimiter=",", header="a,b,c,hammer", comments="")
+    found = inspect_file(file, sampling_rate=RATE)
+    assert found.guess.channels == (3,)
+    assert "stuck" not in describe(found)
+
+
 def test_a_sensor_that_was_stuck_or_is_dead_is_named() -> None:
     values = AMBIENT[:, 0].copy()
     values[1000:1500] = values[1000]

@@ -88,7 +88,7 @@ def _quiet_notes(recordings: Sequence[Recording], rate: float | None) -> list[st
     for recording in recordings:
         if rate is None or recording.is_driven or recording.excitation not in (None, "free"):
             continue
-        quiet = quiet_start(recording.data[0])
+        quiet = min(map(quiet_start, recording.data), default=0)
         if quiet:
             notes.append(f"{recording.name}: {quiet_words(quiet / rate)}")
     return notes

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+from scipy.stats import beta
 
 from fe_models.arrays import FloatArray
 from hybrid.identification.backbone import Backbone
@@ -11,7 +12,9 @@ from hybrid.identification.config import BACKBONE, COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
 from hybrid.identification.structure_states import structure_states
 
+LEAVE = "noise, what changes while the motion decays, and what moves the structure again"
 MANY_SIGMA = 10.0  # from where on tenths of a standard deviation tell nothing
+OFTEN = 0.04  # of cases, in which shapes agree by chance
 PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 
@@ -50,10 +53,23 @@ def _modes(compared: Compared) -> list[str]:
         f"| mode | nominal | {' | '.join(names)} |",
         f"|---|---|{'---|' * len(names)}",
     ]
+    told = by_chance(len(compared.sensors))
+    if told:
+        lines.insert(3, told)
     for mode, frequency in enumerate(compared.nominal):
         cells = [_cell(observed, mode, float(frequency)) for observed in compared.recordings]
         lines.append(f"| {mode + 1} | {frequency:.3f} | {' | '.join(cells)} |")
     return lines
+
+
+def by_chance(sensors: int) -> str:
+    """Return in a sentence how often shapes agree by chance at so many sensors, "" where that is rare."""
+    if sensors == 1:
+        return "One sensor has no shape: MAC and coordinate MAC are one there, whatever the mode."
+    share = float(beta.sf(COMPARISON.min_mac, 0.5, (sensors - 1) / 2))
+    if share < OFTEN:
+        return ""
+    return f"At {sensors} sensors unlike shapes have a MAC of {COMPARISON.min_mac:g} or more in {share:.0%} of cases."
 
 
 def _others(compared: Compared) -> list[str]:
@@ -122,7 +138,7 @@ def _coordinates(compared: Compared) -> list[str]:
 
 def _shares(compared: Compared) -> list[str]:
     names = [observed.name for observed in compared.recordings]
-    lines = ["Energy that all modes together leave of a recording: noise, and what changes while the motion decays"]
+    lines = [f"Energy that all modes together leave of a recording: {LEAVE}"]
     lines += [f"- {observed.name}: {observed.identified.left:.1%}" for observed in compared.recordings]
     caption = "Share of energy that the modes of one recording (row) leave of another (column)"
     lines += ["", f"{caption}, windows of {compared.window:.3g} s", ""]

@@ -104,7 +104,14 @@ def strongest_peaks(frequencies: FloatArray, power: FloatArray) -> tuple[float, 
     places, _ = find_peaks(np.log(np.maximum(power, TINY)), prominence=np.log(MIN_PEAK))
     places = places[power[places] > MIN_PEAK * np.median(power)]
     strongest = places[np.argsort(power[places])[::-1][:MAX_PEAKS]]
-    return tuple(float(frequencies[place]) for place in np.sort(strongest))
+    return tuple(_between_lines(frequencies, power, int(place)) for place in np.sort(strongest))
+
+
+def _between_lines(frequencies: FloatArray, power: FloatArray, place: int) -> float:
+    """Return where the parabola through the logarithms of a peak's line and its neighbours is highest."""
+    before, here, after = np.log(np.maximum(power[place - 1 : place + 2], TINY))
+    beside = 0.5 * (before - after) / min(before - 2 * here + after, -TINY)
+    return float(frequencies[place] + beside * (frequencies[1] - frequencies[0]))
 
 
 def _clipped(there: FloatArray) -> int:

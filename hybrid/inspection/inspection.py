@@ -5,7 +5,8 @@ from pathlib import Path
 
 from fe_models.files.signals import Signals, read_signals
 from fe_models.quiet_start import quiet_start
-from hybrid.inspection.channel_facts import ChannelFacts, channel_facts
+from hybrid.inspection.channel_facts import ChannelFacts, channel_facts, spectrum
+from hybrid.inspection.common_peaks import common_peaks, without_common_peaks
 from hybrid.inspection.likely_excitation import Guess, Moved, likely_excitation
 
 
@@ -28,6 +29,25 @@ class Inspection:
         """Samples before anything moves, where no force is known; 0 where it moves at once."""
         is_driven = bool(self.guess.channels)
         return 0 if is_driven or self.guess.moved is Moved.AMBIENT else quiet_start(self.signals.values)
+
+    @property
+    def common_peaks(self) -> tuple[float, ...]:
+        """Frequencies (Hz, or 1/sample without a rate) of the peaks that most channels of the structure show."""
+        return common_peaks(self._moving, self._line)
+
+    @property
+    def apart(self) -> tuple[str, ...]:
+        """Names of channels that show none of the common peaks."""
+        return without_common_peaks(self._moving, self._line)
+
+    @property
+    def _moving(self) -> list[ChannelFacts]:
+        return [fact for channel, fact in enumerate(self.facts) if channel not in self.guess.channels]
+
+    @property
+    def _line(self) -> float:
+        frequencies, _ = spectrum(self.signals.values[:, 0], self.signals.sampling_rate)
+        return float(frequencies[1]) if len(frequencies) > 1 else 0.0
 
 
 def inspect_file(path: Path, key: str | None = None, sampling_rate: float | None = None) -> Inspection:

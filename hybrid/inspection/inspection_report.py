@@ -1,6 +1,7 @@
 """What was found in a recording file, in words, as JSON and as a picture."""
 
 import warnings
+from dataclasses import replace
 from math import isfinite
 from typing import Any
 
@@ -38,8 +39,15 @@ def describe(found: Inspection) -> str:
     many = f" (the first of {signals.motions} motions)" if signals.motions > 1 else ""
     lines = [f"{signals.path.name}: {channels} channels of {samples} samples{at_rate}{lasts}{many}", ""]
     lines += [*_table(found), ""]
-    for fact in found.facts:
-        lines += [f"  {fact.name}: {fault}" for fault in faults_of(fact, rate)]
+    for channel, fact in enumerate(found.facts):
+        rests = channel in found.guess.channels  # a force does, most of the time
+        lines += [f"  {fact.name}: {fault}" for fault in faults_of(replace(fact, stuck=0) if rests else fact, rate)]
+    peaks = ", ".join(f"{peak:.4g}" for peak in found.common_peaks)
+    lines += [
+        f"  {name}: shows none of the peaks of the other channels ({peaks}{' Hz' * bool(rate)}): not connected, or"
+        " where nothing moves"
+        for name in found.apart
+    ]
     if lines[-1]:
         lines.append("")
     lines += [f"Note: {note}." for note in signals.notes]
@@ -83,6 +91,7 @@ def as_json(found: Inspection) -> dict[str, Any]:
         "duration": found.duration,
         "looks_like": found.guess.moved.name.lower(),
         "quiet_samples": found.quiet,
+        "without_common_peaks": list(found.apart),
         "driving_channels": [signals.names[channel] for channel in found.guess.channels],
         "channels": [
             {name: _known(value) for name, value in vars(fact).items()} | {"dead": fact.is_dead} for fact in found.facts

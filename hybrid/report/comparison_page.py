@@ -9,6 +9,7 @@ from fe_models.linear import LinearModel
 from fe_models.pictures.structure_drawing import structure_picture
 from fe_models.recordings import Dataset
 from hybrid.figures import NO_SHEETS, Sheets
+from hybrid.identification.comparison_report import LEAVE, by_chance
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.dataset_comparison import DatasetComparison
 from hybrid.identification.frequency_response import FrequencyResponse
@@ -229,6 +230,9 @@ def _unknown(compared: Compared | None) -> Iterator[Block]:
     missing = [str(mode + 1) for mode in range(len(compared.nominal)) if not _is_seen(compared, mode)]
     if missing:
         yield Paragraph(f"Seen in no recording: mode{'s' * (len(missing) > 1)} {', '.join(missing)} of the model.")
+    told = by_chance(len(compared.sensors))
+    if told:
+        yield Paragraph(told)
     suspects = compared.suspects()
     if suspects:
         yield Paragraph("Sensors that do not go with the others:")
@@ -236,7 +240,7 @@ def _unknown(compared: Compared | None) -> Iterator[Block]:
     free = [own for own in compared.recordings if not own.found.is_ambient]
     if free:
         left = (f"{own.name}: {percentage(own.identified.left)} of its energy" for own in free)
-        yield Paragraph("Left by all modes together: noise, and what changes while the motion decays.")
+        yield Paragraph(f"Left by all modes together: {LEAVE}.")
         yield Bullets(tuple(left))
     if compared.has_ambient:
         yield Paragraph("Under unknown forces shapes have no scale: masses and stiffnesses are open but for a factor.")
