@@ -3,14 +3,17 @@
 import csv
 import io
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+from fe_models.recordings import Sensor
 from hybrid.identification.backbone import Backbone
 from hybrid.identification.combinations import Combination
 from hybrid.identification.comparison_report import by_chance
 from hybrid.identification.comparison_tables import comparison_csv, comparison_table
+from hybrid.identification.dataset_comparison import without_a_scale
 from hybrid.identification.identification import Identification
 from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.recording_comparison import Compared, Observed
@@ -92,3 +95,12 @@ def test_the_table_is_json_and_holds_what_was_found() -> None:
     assert (near["factors"], near["found_hz"], near["power_over_surroundings"]) == ([1, 1], 7.21, 30.0)
     assert (beyond["expected_hz"], beyond["found_hz"], beyond["power_over_surroundings"]) == (44.0, None, None)
     assert table["left_by_modes_of_each"] == {"window_seconds": 5.0, "shares": [[0.05]]}
+
+
+def test_normalised_channels_without_a_common_scale_are_told() -> None:
+    plain = Sensor("a1", 1, "x", "acceleration", "m/s^2")
+    bare, moved = replace(plain, name="a2", unit="1"), replace(plain, name="x3", quantity="displacement", unit="1")
+    assert without_a_scale([plain, plain]) == without_a_scale([bare, bare]) == ()
+    (note,) = without_a_scale([plain, bare])
+    assert note.startswith('a2: of unit "1", normalised, beside sensors')
+    assert without_a_scale([bare, moved])[0].startswith("a2, x3: ")

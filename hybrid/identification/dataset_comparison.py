@@ -2,13 +2,14 @@
 response functions where forces are known.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from time import perf_counter
 
 from fe_models.errors import InputError, raise_faults
 from fe_models.linear import LinearModel
 from fe_models.progress import progress_bar
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Structure
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.frequency_response import FrequencyResponse, extended_faults, frequency_response
@@ -22,7 +23,8 @@ class DatasetComparison:
     """What recordings of a ``dataset`` show: modes of those that are ``free`` or ambient, ``compared`` with one another
     and the model, and frequency ``responses`` of those under known forces; None where there are none.
 
-    ``notes``: why there are no responses although forces are known; ``seconds`` that all of it took.
+    ``notes``: why there are no responses although forces are known, and channels without a scale; ``seconds`` that all
+    of it took.
     """
 
     dataset: Dataset
@@ -53,13 +55,13 @@ def compare_dataset(
     begun = perf_counter()
     raise_faults(extended_faults(dataset, extended) if extended is not None else ())
     driven, free = dataset.parted()
-    responses, notes = None, tuple[str, ...]()
+    responses, notes = None, without_a_scale(dataset.sensors)
     if driven is not None:
         try:
             responses = frequency_response(driven, extended)
         except InputError as reason:
             free = replace(dataset, recordings=tuple(map(after_loads, dataset.recordings)))
-            notes = tuple(f"no frequency response functions: {fault}" for fault in reason.faults)
+            notes = (*notes, *(f"no frequency response functions: {fault}" for fault in reason.faults))
     compared = None
     if free is not None:
         motions = sum(len(recording.data) for recording in free.recordings)
@@ -69,3 +71,14 @@ def compare_dataset(
         except InputError as reason:
             raise InputError([*notes, *reason.faults]) from reason
     return DatasetComparison(dataset, free, compared, responses, notes, perf_counter() - begun)
+
+
+def without_a_scale(sensors: Sequence[Sensor]) -> tuple[str, ...]:
+    """Return a note on normalised channels that have no scale beside the others, where there are any."""
+    names = [sensor.name for sensor in sensors if sensor.unit == "1"]
+    if not names or (len(names) == len(sensors) and len({sensor.quantity for sensor in sensors}) == 1):
+        return ()
+    return (
+        f'{", ".join(names)}: of unit "1", normalised, beside sensors that are not, or that show another quantity:'
+        " shapes and MAC, which compare sensors, are off by the factors between them; state units",
+    )
