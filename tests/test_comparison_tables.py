@@ -91,6 +91,7 @@ def test_the_table_is_json_and_holds_what_was_found() -> None:
     assert recording["modes"][2]["shape"] == [-0.5, 1.0]
     assert recording["while_it_decays"][0]["frequency_hz"] == [2.2, 2.3]
     assert recording["while_it_decays"][1]["amplitude"] == []
+    assert [curve["amplitude_at"] for curve in recording["while_it_decays"]] == ["x1", "x2"]
     near, beyond = recording["combinations"]
     assert (near["factors"], near["found_hz"], near["power_over_surroundings"]) == ([1, 1], 7.21, 30.0)
     assert (beyond["expected_hz"], beyond["found_hz"], beyond["power_over_surroundings"]) == (44.0, None, None)

@@ -164,7 +164,7 @@ def _decays(compared: Compared) -> list[str]:
         "While the motion decays (first and last span of time: amplitude, Hz, damping ratio, +- a standard deviation;",
         f"spans whose frequency has a standard deviation of more than {BACKBONE.max_frequency_error:.1%} are left out)",
         "",
-        "| recording | mode | large | small | change of frequency |",
+        "| recording | mode, amplitude at | large | small | change of frequency |",
         "|---|---|---|---|---|",
     ]
     for observed in (each for each in compared.recordings if not each.found.is_ambient):
@@ -174,7 +174,8 @@ def _decays(compared: Compared) -> list[str]:
                 change = curve.frequency[-1] / curve.frequency[0] - 1
                 error = np.hypot(curve.deviation[0], curve.deviation[-1]) / curve.frequency[0]
                 ends = [_end(curve, 0), _end(curve, -1), f"{100 * change:+.2f} +- {100 * error:.2f} %"]
-            lines.append(f"| {observed.name} | {mode + 1} | {' | '.join(ends)} |")
+            place = compared.sensors[observed.loudest(mode)]
+            lines.append(f"| {observed.name} | {mode + 1}, {place} | {' | '.join(ends)} |")
     return lines
 
 

@@ -122,6 +122,7 @@ def _recording(observed: Observed, compared: Compared) -> dict[str, Any]:
         "while_it_decays": [
             {
                 "mode": mode + 1,
+                "amplitude_at": compared.sensors[observed.loudest(mode)],
                 "amplitude": curve.amplitude.tolist(),
                 "frequency_hz": curve.frequency.tolist(),
                 "frequency_std_hz": curve.deviation.tolist(),

@@ -63,6 +63,10 @@ class Observed:
         """Numbers of the identified modes of which the recording holds enough periods to tell something of them."""
         return [int(n) for n in np.flatnonzero(self.identified.frequencies * self.lasts >= COMPARISON.min_periods)]
 
+    def loudest(self, mode: int) -> int:
+        """Return the number of the sensor whose signal, in its own unit, one of the model's modes has most of."""
+        return int(np.argmax(np.abs(self.identified.real_shapes[:, self.chosen[mode]])))
+
     def largest(self, line: Harmonic) -> int:
         """Return the number of the sensor at which a machine's ``line`` moves the structure most."""
         return int(np.argmax(line.amplitude / (2 * np.pi * line.frequency) ** self.identified.orders))
