@@ -44,11 +44,27 @@ def test_one_sensor_with_a_gain(gain: float, words: str) -> None:
     assert words in told
 
 
-def test_a_velocity_called_an_acceleration_has_no_gain() -> None:
-    found = suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(times(1, -10 / EXPECTED)))
+def test_what_differs_from_mode_to_mode_has_no_gain() -> None:
+    found = suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(times(1, np.array([1.0, -3.0, 0.5]))))
     assert found is not None
     assert (found.sensors, found.gain) == ((1,), None)
     assert "does not go with the others" in found.words(NAMES, "the model's")
+
+
+@pytest.mark.parametrize(
+    ("derivative", "words"),
+    [
+        (-1, "a velocity does that is stated as an acceleration"),
+        (1, "an acceleration does that is stated as a velocity"),
+    ],
+)
+def test_another_derivative_than_is_stated(derivative: int, words: str) -> None:
+    shapes = seen(lambda shapes: shapes).astype(complex)
+    shapes[1] = shapes[1] * (2j * np.pi * EXPECTED) ** derivative
+    found = suspect_sensors(EXPECTED, SHAPES, EXPECTED, shapes * np.exp([0.3j, -1.0j, 2.0j]))
+    assert found is not None
+    assert (found.sensors, found.gain, found.derivative) == ((1,), None, derivative)
+    assert words in found.words(NAMES, "the model's")
 
 
 def test_two_sensors_in_each_other_s_place() -> None:

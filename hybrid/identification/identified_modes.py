@@ -73,6 +73,11 @@ class IdentifiedModes:
         return np.asarray(turned / np.take_along_axis(turned, largest[None], axis=0))
 
     @property
+    def displacements(self) -> ComplexArray:
+        """Complex shapes (sensor, mode) of displacements, of any scale, whatever sensors show."""
+        return np.asarray(self.shapes / self.roots ** self.orders[:, None])
+
+    @property
     def collinearity(self) -> FloatArray:
         """The `phase_collinearity` (mode,) of the shapes of displacements, each channel over its size."""
         turned = (self.roots / np.abs(self.roots)) ** self.orders[:, None]

@@ -107,7 +107,8 @@ class Compared:
         """Return a line for each recording with a sensor that keeps shapes from being the model's."""
         lines = []
         for own in self.recordings:
-            found = suspect_sensors(self.nominal, self.shapes, own.identified.frequencies, own.shapes)
+            modes = own.identified
+            found = suspect_sensors(self.nominal, self.shapes, modes.frequencies, modes.displacements)
             if found is not None and any(own.chosen[mode] < 0 for mode in found.modes):
                 lines.append(f"{own.name}: {found.words(self.sensors, MODELS)}")
         return lines
@@ -160,7 +161,7 @@ def _nothing_in_common(dataset: Dataset, observed: Observed, nominal: FloatArray
     own = observed.identified.strongest(LISTED)
     shown = f"{_listed(own.frequencies)} Hz" if len(own.frequencies) else "no mode at all"
     faults = [NOTHING_IN_COMMON.format(name=observed.name, shown=shown, expected=f"{_listed(nominal[:LISTED])} Hz")]
-    suspect = suspect_sensors(nominal, shapes, observed.identified.frequencies, observed.shapes)
+    suspect = suspect_sensors(nominal, shapes, observed.identified.frequencies, observed.identified.displacements)
     if suspect is not None:
         faults.append(f"{observed.name}: {suspect.words([sensor.name for sensor in dataset.sensors], MODELS)}")
     return faults

@@ -7,9 +7,10 @@ far better than chance does is told; by chance shapes at n sensors agree as well
 
 once for each of the suppositions. A sensor that was left out shows, over what the expected shapes have there,
 
-    g = sum_k u_k c_k phi_k / sum_k (c_k phi_k)^2,
+    g = sum_k u_k conj(e_k) / sum_k |e_k|^2,   e_k = c_k phi_k (i w_k)^p,
 
-with c_k the scale of the measured shape u_k over the expected one phi_k at the other sensors.
+with c_k the scale of the measured shape u_k over the expected one phi_k at the other sensors, and p = 0. Where another
+p fits, the sensor shows another derivative of the displacement than is stated.
 """
 
 from collections.abc import Iterator, Sequence
@@ -19,21 +20,30 @@ from itertools import combinations
 import numpy as np
 from scipy.stats import beta
 
-from fe_models.arrays import TINY, FloatArray
+from fe_models.arrays import TINY, ComplexArray, FloatArray
 from fe_models.modes import mac
 from hybrid.identification.config import COMPARISON, PAIRING, SUSPECT_SENSORS
+
+DERIVATIVES = {
+    -2: "as a displacement does that is stated as an acceleration",
+    -1: "as a velocity does that is stated as an acceleration, or a displacement stated as a velocity",
+    1: "as an acceleration does that is stated as a velocity, or a velocity stated as a displacement",
+    2: "as an acceleration does that is stated as a displacement",
+}
 
 
 @dataclass(frozen=True)
 class SuspectSensors:
     """The numbers of ``sensors``: one that does not fit, or two in each other's place. ``modes``: numbers of the
     expected modes whose shapes are found without it; ``gain``: what the one shows over what is expected, None where
-    that differs from mode to mode, or of two.
+    that differs from mode to mode, or of two; ``derivative``: how many times more often than stated its signal is
+    differentiated.
     """
 
     sensors: tuple[int, ...]
     modes: tuple[int, ...]
     gain: float | None = None
+    derivative: int = 0
 
     def words(self, names: Sequence[str], whose: str) -> str:
         """Return it in words; ``names`` (sensor,), ``whose``: of what the expected modes are."""
@@ -44,22 +54,24 @@ class SuspectSensors:
             first, second = (names[number] for number in self.sensors)
             return f"shapes {at} would agree with {first} and {second} in each other's place: check cables and names"
         (name,) = (names[number] for number in self.sensors)
-        if self.gain is None:
+        if self.derivative:
+            shows = f"it moves {DERIVATIVES[self.derivative]}"
+        elif self.gain is None:
             shows = "what it shows does not go with the others"
         elif abs(self.gain) < SUSPECT_SENSORS.least_gain:
             shows = "it hardly shows that they move"
         else:
             shows = f"it shows {self.gain:.2g} times what is expected"
-        return f"shapes {at} agree without sensor {name}: {shows}; check its direction, unit, place and cable"
+        return f"shapes {at} agree without sensor {name}: {shows}; check its quantity, unit, direction, place and cable"
 
 
 def suspect_sensors(
-    expected: FloatArray, shapes: FloatArray, frequencies: FloatArray, found: FloatArray
+    expected: FloatArray, shapes: FloatArray, frequencies: FloatArray, found: FloatArray | ComplexArray
 ) -> SuspectSensors | None:
     """Return the sensors without which, or the two in whose places, shapes agree; None where nothing tells so.
 
     ``expected`` (mode,) and ``frequencies`` (other,): natural frequencies, Hz, of modes with ``shapes`` (sensor, mode)
-    and ``found`` (sensor, other), real ones of displacements.
+    and ``found`` (sensor, other), of displacements; of real ones no other derivative can be told.
     """
     pairs = _near(expected, frequencies)
     if not pairs:
@@ -73,8 +85,9 @@ def suspect_sensors(
     if not every or min(chances) * len(every) > PAIRING.max_chance:
         return None
     sensors = every[int(np.argmin(chances))][1]
-    gain = _gain(phi, u, sensors[0]) if len(sensors) == 1 else None
-    return SuspectSensors(sensors, tuple(modes), gain)
+    if len(sensors) > 1:
+        return SuspectSensors(sensors, tuple(modes))
+    return SuspectSensors(sensors, tuple(modes), *_gain(phi, u, 2 * np.pi * frequencies[own], sensors[0]))
 
 
 def _near(expected: FloatArray, frequencies: FloatArray) -> list[tuple[int, int]]:
@@ -90,7 +103,7 @@ def _near(expected: FloatArray, frequencies: FloatArray) -> list[tuple[int, int]
     ]
 
 
-def _suppositions(phi: FloatArray, u: FloatArray) -> Iterator[tuple[float, tuple[int, ...]]]:
+def _suppositions(phi: FloatArray, u: FloatArray | ComplexArray) -> Iterator[tuple[float, tuple[int, ...]]]:
     """Yield the chance of each supposition under which all shapes agree, with its sensors."""
     count = len(phi)
     for number in range(count):
@@ -101,23 +114,37 @@ def _suppositions(phi: FloatArray, u: FloatArray) -> Iterator[tuple[float, tuple
         yield from _chance(phi, u[order], (first, second))
 
 
-def _chance(phi: FloatArray, u: FloatArray, sensors: tuple[int, ...]) -> Iterator[tuple[float, tuple[int, ...]]]:
+def _chance(
+    phi: FloatArray, u: FloatArray | ComplexArray, sensors: tuple[int, ...]
+) -> Iterator[tuple[float, tuple[int, ...]]]:
     criterion = _mac(phi, u)
     if len(phi) > 1 and criterion.min() >= COMPARISON.min_mac:
         yield float(np.prod(beta.sf(criterion, 0.5, (len(phi) - 1) / 2))), sensors
 
 
-def _mac(phi: FloatArray, u: FloatArray) -> FloatArray:
+def _mac(phi: FloatArray, u: FloatArray | ComplexArray) -> FloatArray:
     """Return the MAC (mode,) of each shape with its own other."""
     return np.diagonal(np.atleast_2d(mac(phi, u)))
 
 
-def _gain(phi: FloatArray, u: FloatArray, sensor: int) -> float | None:
-    """Return what a sensor shows over what is expected there, None where modes differ in it."""
-    others = np.delete(np.arange(len(phi)), sensor)
+def _gain(phi: FloatArray, u: FloatArray | ComplexArray, omega: FloatArray, sensor: int) -> tuple[float | None, int]:
+    """Return what a sensor shows over what is expected there, None where modes differ in it, and the derivative."""
+    others, shown = np.delete(np.arange(len(phi)), sensor), u[sensor]
     scale = np.sum(u[others] * phi[others], axis=0) / np.maximum(np.sum(phi[others] ** 2, axis=0), TINY)
-    expected, shown = scale * phi[sensor], u[sensor]
-    gain = float(shown @ expected / max(float(expected @ expected), TINY))
-    left = float(np.linalg.norm(shown - gain * expected))
-    alike = left <= SUSPECT_SENSORS.most_left * max(float(np.linalg.norm(shown)), float(np.linalg.norm(expected)))
-    return gain if alike else None
+    expected = scale * phi[sensor]
+    size, usual = float(np.linalg.norm(shown)), float(np.linalg.norm(expected))
+    gain, left = _fit(shown, expected)
+    if left <= SUSPECT_SENSORS.most_left * (size if size > SUSPECT_SENSORS.least_gain * usual else usual):
+        return gain, 0
+    if np.iscomplexobj(u):
+        fits = {power: _fit(shown, expected * (1j * omega) ** power) for power in DERIVATIVES}
+        best = min(fits, key=lambda power: fits[power][1])
+        if fits[best][0] > 0 and fits[best][1] <= SUSPECT_SENSORS.most_left * size:
+            return None, best
+    return (gain, 0) if size <= SUSPECT_SENSORS.least_gain * usual else (None, 0)
+
+
+def _fit(shown: FloatArray | ComplexArray, expected: FloatArray | ComplexArray) -> tuple[float, float]:
+    """Return the real factor of what is ``expected`` (mode,) that is nearest to what is ``shown``, and what is left."""
+    gain = float(np.real(np.vdot(expected, shown)) / max(float(np.vdot(expected, expected).real), TINY))
+    return gain, float(np.linalg.norm(shown - gain * expected))
