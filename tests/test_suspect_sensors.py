@@ -74,6 +74,13 @@ def test_two_sensors_in_each_other_s_place() -> None:
     assert "b and e in each other's place" in found.words(NAMES, "the model's")
 
 
+def test_noise_in_a_mode_that_a_sensor_hardly_shows_is_no_fault() -> None:
+    shapes = SHAPES * np.array([1.0, 1.0, 0.1])
+    found = seen(lambda shapes: shapes)
+    found[2, 2] = 2.0 * np.abs(found[:, 2]).max()
+    assert suspect_sensors(EXPECTED, shapes, EXPECTED, found) is None
+
+
 def test_right_sensors_are_not_suspected() -> None:
     assert suspect_sensors(EXPECTED, SHAPES, EXPECTED, seen(lambda shapes: shapes)) is None
     assert suspect_sensors(EXPECTED, SHAPES, 3 * EXPECTED, seen(times(2, -1.0))) is None  # other modes altogether

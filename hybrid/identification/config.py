@@ -174,6 +174,9 @@ class SuspectSensorsConfig:
 
     least_gain: float = 0.03  # of what is expected: less is said to be nothing
     most_left: float = 0.2  # of what a sensor shows, by one gain in all modes: as much as models and noise leave
+    most_right: float = (
+        0.5  # of the modes, in which a sensor that has no fault shows what is expected
+    )
 
 
 @dataclass(frozen=True)

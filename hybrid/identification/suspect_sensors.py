@@ -87,7 +87,11 @@ def suspect_sensors(
     sensors = every[int(np.argmin(chances))][1]
     if len(sensors) > 1:
         return SuspectSensors(sensors, tuple(modes))
-    return SuspectSensors(sensors, tuple(modes), *_gain(phi, u, 2 * np.pi * frequencies[own], sensors[0]))
+    expected_there, shown = _expected(phi, u, sensors[0]), u[sensors[0]]
+    right = np.abs(shown - expected_there) <= SUSPECT_SENSORS.most_left * np.abs(expected_there)
+    if right.mean() >= SUSPECT_SENSORS.most_right:
+        return None  # noise, in modes that it hardly shows
+    return SuspectSensors(sensors, tuple(modes), *_gain(shown, expected_there, 2 * np.pi * frequencies[own]))
 
 
 def _near(expected: FloatArray, frequencies: FloatArray) -> list[tuple[int, int]]:
@@ -127,16 +131,22 @@ def _mac(phi: FloatArray, u: FloatArray | ComplexArray) -> FloatArray:
     return np.diagonal(np.atleast_2d(mac(phi, u)))
 
 
-def _gain(phi: FloatArray, u: FloatArray | ComplexArray, omega: FloatArray, sensor: int) -> tuple[float | None, int]:
-    """Return what a sensor shows over what is expected there, None where modes differ in it, and the derivative."""
-    others, shown = np.delete(np.arange(len(phi)), sensor), u[sensor]
+def _expected(phi: FloatArray, u: FloatArray | ComplexArray, sensor: int) -> FloatArray | ComplexArray:
+    """Return what a sensor would show in each mode, (mode,), by what the others show."""
+    others = np.delete(np.arange(len(phi)), sensor)
     scale = np.sum(u[others] * phi[others], axis=0) / np.maximum(np.sum(phi[others] ** 2, axis=0), TINY)
-    expected = scale * phi[sensor]
+    return np.asarray(scale * phi[sensor])
+
+
+def _gain(
+    shown: FloatArray | ComplexArray, expected: FloatArray | ComplexArray, omega: FloatArray
+) -> tuple[float | None, int]:
+    """Return what is ``shown`` over what is ``expected`` (mode,), None where modes differ in it, and the derivative."""
     size, usual = float(np.linalg.norm(shown)), float(np.linalg.norm(expected))
     gain, left = _fit(shown, expected)
     if left <= SUSPECT_SENSORS.most_left * (size if size > SUSPECT_SENSORS.least_gain * usual else usual):
         return gain, 0
-    if np.iscomplexobj(u):
+    if np.iscomplexobj(shown):
         fits = {power: _fit(shown, expected * (1j * omega) ** power) for power in DERIVATIVES}
         best = min(fits, key=lambda power: fits[power][1])
         if fits[best][0] > 0 and fits[best][1] <= SUSPECT_SENSORS.most_left * size:
