@@ -1,7 +1,8 @@
 """Sums and differences of modes' frequencies: peaks there are the mark of a force that is not linear."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import combinations as pairs_of
 from types import MappingProxyType
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.identification.config import COMPARISON
+from hybrid.identification.identified_modes import IdentifiedModes
 
 COMBINATIONS = ((-1, 1), (2, 0), (-1, 2), (1, 1))  # of two modes: those that lie between no other peaks
 HARMONICS = ((2, 0), (3, 0))  # of a single mode
@@ -67,6 +69,34 @@ def combinations_of(
         places = float(frequencies[peak]), level / float(power.max()), level / middle
         found.append(Combination(first, second, expected, *places, _natural(expected, near_width, natural)))
     return found
+
+
+def sums_of_stronger(modes: IdentifiedModes) -> dict[int, str]:
+    """Return which modes, by number, lie at a multiple, a sum or a difference of stronger ones, and of which, in words.
+
+    A motion that is not linear shows there without any mode: a sway of f Hz makes columns shorter at 2 f Hz, say.
+    """
+    frequency, error = modes.frequencies, modes.frequency_errors
+    found = dict[int, str]()
+    for line in range(len(frequency)):
+        stronger = [int(mode) for mode in np.flatnonzero(modes.energy > modes.energy[line])]
+        for words, at, sigma in _sums(frequency, error, stronger):
+            reach = COMPARISON.sum_sigma * np.hypot(sigma, error[line]) + COMPARISON.sum_distance * frequency[line]
+            if abs(frequency[line] - at) <= reach:
+                found[line] = words
+                break
+    return found
+
+
+def _sums(frequency: FloatArray, error: FloatArray, modes: Sequence[int]) -> Iterator[tuple[str, float, float]]:
+    """Yield multiples, sums and differences of the frequencies of ``modes``: in words, in Hz, and their deviations."""
+    for mode in modes:
+        for factor in (2, 3):
+            yield f"{factor} x {frequency[mode]:.4g}", factor * frequency[mode], factor * error[mode]
+    for low, high in pairs_of(modes, 2):
+        sigma = float(np.hypot(error[low], error[high]))
+        yield f"{frequency[low]:.4g} + {frequency[high]:.4g}", frequency[low] + frequency[high], sigma
+        yield f"{frequency[high]:.4g} - {frequency[low]:.4g}", abs(frequency[high] - frequency[low]), sigma
 
 
 def _natural(expected: float, width: float, natural: Mapping[int, tuple[float, float]]) -> int:

@@ -7,7 +7,7 @@ from scipy.stats import beta
 
 from fe_models.arrays import FloatArray
 from hybrid.identification.backbone import Backbone
-from hybrid.identification.combinations import Combination
+from hybrid.identification.combinations import Combination, sums_of_stronger
 from hybrid.identification.config import BACKBONE, COMPARISON
 from hybrid.identification.recording_comparison import Compared, Observed
 from hybrid.identification.structure_states import structure_states
@@ -20,7 +20,8 @@ PEAK = f"{COMPARISON.min_peak_ratio:g}"
 
 def describe_compared(compared: Compared) -> str:
     """Return what is seen, as tables in Markdown."""
-    parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _suspects, _changes, _coordinates, _shapes]
+    parts: list[Callable[[Compared], list[str]]] = [_taken, _modes, _others, _sums, _suspects]
+    parts += [_changes, _coordinates, _shapes]
     if any(not observed.found.is_ambient for observed in compared.recordings):
         parts += [_shares, _decays, _combinations]
     texts = ["\n".join(part(compared)) for part in parts]
@@ -85,6 +86,18 @@ def _others(compared: Compared) -> list[str]:
         ]
         lines.append(f"- {observed.name}: {'; '.join(others) or 'none'}")
     return lines
+
+
+def _sums(compared: Compared) -> list[str]:
+    """Return the modes at multiples, sums and differences of stronger ones."""
+    lines = [
+        "Modes at a multiple, sum or difference of stronger ones (Hz): a motion that is not linear shows there, too"
+    ]
+    for observed in compared.recordings:
+        sums, frequencies = sums_of_stronger(observed.identified), observed.identified.frequencies
+        told = [f"{frequencies[number]:.4g} ({sums[number]})" for number in observed.shown if number in sums]
+        lines += [f"- {observed.name}: {'; '.join(told)}"] * bool(told)
+    return lines if len(lines) > 1 else []
 
 
 def _suspects(compared: Compared) -> list[str]:

@@ -152,6 +152,9 @@ class ComparisonConfig:
     max_distance_hz: float = 0.06  # Hz: how far from its place a peak may be
     background_hz: float = 0.6  # Hz on both sides: what a peak is held against, less the middle of it
     min_peak_ratio: float = 20.0  # of power to what is round it: noise, and the feet of other peaks, stay below
+    # of its frequency, and in standard deviations: how far a mode at a sum or multiple of others may be off that
+    sum_distance: float = 5e-4
+    sum_sigma: float = 3.0
     same_sign_share: float = 0.8  # of the largest entry of a shape: as large, where its sign is set
     # of a recording's energy: one that is no nominal mode is reported from there on
     min_reported_energy_share: float = 0.003
@@ -174,9 +177,7 @@ class SuspectSensorsConfig:
 
     least_gain: float = 0.03  # of what is expected: less is said to be nothing
     most_left: float = 0.2  # of what a sensor shows, by one gain in all modes: as much as models and noise leave
-    most_right: float = (
-        0.5  # of the modes, in which a sensor that has no fault shows what is expected
-    )
+    most_right: float = 0.5  # of the modes, in which a sensor that has no fault shows what is expected
 
 
 @dataclass(frozen=True)

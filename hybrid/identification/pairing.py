@@ -8,6 +8,8 @@ and all pairs together cost the least (linear assignment). A shape counts only a
 apart: the MAC of a shape drawn at random at n sensors is beta distributed, with parameters 1/2 and (n - 1) / 2.
 """
 
+from collections.abc import Collection
+
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 from scipy.stats import beta
@@ -28,13 +30,20 @@ def displacements_of(modes: IdentifiedModes) -> FloatArray:
 
 
 def paired(
-    nominal: FloatArray, frequencies: FloatArray, energy: FloatArray, criterion: FloatArray, sensors: int, lasts: float
+    nominal: FloatArray,
+    frequencies: FloatArray,
+    energy: FloatArray,
+    criterion: FloatArray,
+    sensors: int,
+    lasts: float,
+    sums: Collection[int] = (),
 ) -> tuple[int, ...]:
     """Return the number of each nominal mode's identified one, -1 where none is (mode,).
 
     ``nominal`` (mode,) and ``frequencies`` (identified,), Hz; ``energy`` (identified,), shares of the recording's;
     ``criterion`` (mode, identified), MAC at so many ``sensors``. A mode of which a recording that ``lasts`` so many s
-    holds too few periods is left out on either side.
+    holds too few periods is left out on either side, and one of the ``sums`` (numbers of identified ones, at sums or
+    multiples of others' frequencies) is none whose frequency moved far.
     """
     found = np.full(len(nominal), -1)
     if not len(frequencies):
@@ -44,7 +53,9 @@ def paired(
     cost = (1 - criterion) / PAIRING.mac_scale + apart / PAIRING.frequency_scale - strength
     held = np.minimum.outer(nominal, frequencies) * lasts >= COMPARISON.min_periods
     near = apart <= -np.log1p(-COMPARISON.max_frequency_difference)
-    possible = held & (criterion >= COMPARISON.min_mac) & (near | is_telling(criterion, sensors))
+    alone = is_telling(criterion, sensors)
+    alone[:, list(sums)] = False
+    possible = held & (criterion >= COMPARISON.min_mac) & (near | alone)
     cost = np.where(possible & (cost < PAIRING.max_cost), cost, PAIRING.max_cost)
     modes, lines = linear_sum_assignment(cost)
     made = cost[modes, lines] < PAIRING.max_cost

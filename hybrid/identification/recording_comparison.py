@@ -16,7 +16,7 @@ from fe_models.recordings import Dataset, Recording, derivative_orders
 from fe_models.sensing import seen
 from hybrid.identification.agreement import shares_unexplained, window_of
 from hybrid.identification.backbone import Backbone, backbone_of
-from hybrid.identification.combinations import Combination, combinations_of
+from hybrid.identification.combinations import Combination, combinations_of, sums_of_stronger
 from hybrid.identification.config import COMPARISON
 from hybrid.identification.harmonics import Harmonic
 from hybrid.identification.identification import Identification, identify
@@ -211,7 +211,7 @@ def _paired(
     (nominal, shapes), own = model, found.modes
     moved = displacements_of(own)
     criterion = mac(shapes, moved)
-    picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts)
+    picked = paired(nominal, own.frequencies, own.energy, criterion, len(moved), lasts, sums_of_stronger(own))
     return Observed(name, lasts, found, moved, criterion, picked, (), ())
 
 
