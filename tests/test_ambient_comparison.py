@@ -21,6 +21,7 @@ from hybrid.identification.recording_comparison import Compared, compare_recordi
 from hybrid.identification.shape_correlation import coordinate_mac
 from hybrid.identification.structure_states import Outcome, states
 from scripts.compare_recordings import app
+from tests.blank_sheets import blank_sheets
 
 RATE = 20.0
 SENSORS = tuple(Sensor(f"a{node}", node, "x", "acceleration", "m/s^2") for node in range(1, 6))
@@ -70,6 +71,7 @@ def test_the_coordinates_of_shapes_stand_in_the_text(compared: Compared) -> None
     assert f"| after | {' | '.join(f'{value:.3f}' for value in after)} |" in describe_compared(compared)
 
 
+@blank_sheets(".svg")
 def test_the_command_saves_tables_and_pictures(dataset: Dataset, tmp_path: Path) -> None:
     short = replace(dataset, recordings=tuple(each.part(0, 6000) for each in dataset.recordings[::2]))
     save_structure(short.model, tmp_path / "frame.toml")  # type: ignore[arg-type]

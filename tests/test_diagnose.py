@@ -21,6 +21,7 @@ from fe_models.structure import Structure
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from scripts.diagnose import app
+from tests.blank_sheets import blank_sheets
 
 
 @pytest.mark.parametrize(
@@ -91,6 +92,7 @@ def test_a_value_off_by_what_is_normal_is_no_cause_though_all_others_are_as_draw
     assert note.startswith("significant, but too weak to matter for forecasts: Element 3 ")
 
 
+@blank_sheets()
 def test_script_writes_report_and_a_model_that_loads(tmp_path: Path) -> None:
     case = blind_case(31, BlindConfig(("added_mass",), size=0.8, train=3, test=1, duration=20.0))
     dataset = save_dataset(case.dataset, tmp_path, "four_dof")

@@ -20,6 +20,7 @@ from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.results import write_results
 from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, begin, resume
 from scripts import predict_motion, train_hybrid
+from tests.blank_sheets import blank_sheets
 from tests.hybrid_problems import TINY, learned, same, trained
 from tests.test_experts import EXPERTS, two_days
 
@@ -33,6 +34,7 @@ def dataset() -> Dataset:
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def folders(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """What is left after the first epoch of a training, and at its end."""
     whole, first = tmp_path_factory.mktemp("whole"), tmp_path_factory.mktemp("first")

@@ -26,6 +26,7 @@ from hybrid.identification.damped_cosines import fit_roots
 from hybrid.identification.free_decay_modes import identify_modes
 from hybrid.identification.recording_comparison import compare_recordings
 from scripts.compare_recordings import app
+from tests.blank_sheets import blank_sheets
 
 RATE, SAMPLES = 100.0, 2000
 TIME = np.arange(SAMPLES) / RATE
@@ -135,6 +136,7 @@ def test_modes_are_found_by_shape_and_the_odd_recording_stands_out(dataset: Data
     assert max(compared.left[0, 1], compared.left[1, 0]) < 0.05 < 0.1 < min(compared.left[2, :2])
 
 
+@blank_sheets(".svg")
 def test_script_prints_tables_and_draws(dataset: Dataset, tmp_path: Path) -> None:
     short = replace(dataset, recordings=dataset.recordings[:2])
     file = save_dataset(short, tmp_path, "bridge")

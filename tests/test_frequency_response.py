@@ -27,6 +27,7 @@ from hybrid.identification.computed_response import computed_response
 from hybrid.identification.dataset_comparison import compare_dataset
 from hybrid.identification.frequency_response import FrequencyResponse, frequency_response
 from hybrid.identification.frequency_response_report import describe_responses
+from tests.blank_sheets import blank_sheets
 from tests.space_frames import two_storeys
 from tests.test_diagnosis_base_motion import STOREYS, every_sensor
 
@@ -166,6 +167,7 @@ def test_recordings_at_several_rates_are_no_recordings_of_one_function() -> None
         frequency_response(replace(data, recordings=(*data.recordings, slower)))
 
 
+@blank_sheets()
 def test_a_notebook_has_the_functions_that_the_command_has(tmp_path: Path) -> None:
     data = by_a_shaker()
     found = hybrid.compare_recordings(data, extended=softened(STOREYS))

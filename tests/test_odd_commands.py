@@ -18,6 +18,7 @@ from fe_models.files.dataset_file import save_dataset
 from hybrid.config import Config
 from hybrid.training.results import write_results
 from hybrid.training.run import begin
+from tests.blank_sheets import blank_sheets
 from tests.hybrid_problems import TINY, chain_dataset, chain_modes
 from tests.odd_inputs import changed, damaged, odd_values
 from tests.test_odd_inputs import as_toml, memory, tried
@@ -37,6 +38,7 @@ def each_of(quick: str, slow: str) -> list[Any]:
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A dataset of the chain, beside it a training of one epoch, and a dataset that is long enough to be compared."""
     folder = tmp_path_factory.mktemp("trained")
@@ -69,7 +71,8 @@ def test_datasets(command: str, examples: int, trained: Path, tmp_path: Path) ->
         options = TRAIN if command == "train" else ()
         statuses[said(command, str(path), "--out", str(tmp_path / "out"), *options)] += 1
 
-    read(document)
+    with blank_sheets():
+        read(document)
     assert statuses == {0: 1}  # as it is, it can be used
     tried(examples, changed(document, odd_values()), read)
     assert statuses[2] > 0

@@ -29,6 +29,7 @@ from hybrid.training.run import CHECKPOINT, begin
 from hybrid.training.scoring import nrmse
 from scripts import render_shapes
 from scripts.predict_motion import app
+from tests.blank_sheets import blank_sheets
 from tests.driven_problems import loaded_dataset
 from tests.hybrid_problems import SENSORS, STEP, TINY, chain_dataset, chain_modes, channels, decay
 
@@ -40,6 +41,7 @@ FLOAT32 = 2e-5  # of a motion near one: the model's numbers, over some 80 steps
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A run of one epoch on the chain, beside its dataset."""
     folder = tmp_path_factory.mktemp("trained")

@@ -3,7 +3,6 @@
 import json
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,6 +26,7 @@ from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.origin import Origin
 from hybrid.training.results import fe_initial_state, prediction_of, write_results
 from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, Run, begin, resume
+from tests.blank_sheets import blank_sheets
 from tests.hybrid_problems import (
     SENSORS,
     STEP,
@@ -152,6 +152,7 @@ def test_a_prediction_is_the_first_window_at_all_nodes() -> None:
 
 
 @pytest.mark.slow
+@blank_sheets()
 def test_a_known_truth_is_scored_and_kept(dataset: Dataset, tmp_path: Path) -> None:
     """In all windows of the first realisation, the only one whose truth is known; the first window is kept."""
     run = finished(dataset, tmp_path)
@@ -172,6 +173,7 @@ def test_a_known_truth_is_scored_and_kept(dataset: Dataset, tmp_path: Path) -> N
     assert field["hybrid"] == pytest.approx(np.sqrt(np.mean(errors**2) / np.mean(known**2)), rel=1e-12)
 
 
+@blank_sheets()
 def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: Path) -> None:
     finished(replace(dataset, recordings=dataset.select("train")), tmp_path)
     metrics = json.loads((tmp_path / "metrics.json").read_text())
@@ -184,23 +186,13 @@ def test_without_test_recordings_nothing_is_scored(dataset: Dataset, tmp_path: P
 
 
 @pytest.mark.slow
+@blank_sheets()
 def test_no_older_prediction_is_left_beside_a_model_without_one(dataset: Dataset, tmp_path: Path) -> None:
     """It would be drawn, and belongs to another model."""
     finished(dataset, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} >= {"prediction.npz", *CURVES}
     finished(replace(dataset, recordings=dataset.select("train")), tmp_path)
     assert not {path.name for path in tmp_path.iterdir()} & {"prediction.npz", *CURVES}
-
-
-@pytest.fixture
-def quick_curves(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Curves that take no time to draw."""
-
-    def drawn(*arguments: object, **options: object) -> SimpleNamespace:
-        return SimpleNamespace(save=lambda path: path.write_text("a curve"))
-
-    for name in ("draw_history", "draw_curves", "draw_latent", "draw_loop"):
-        monkeypatch.setattr(results, name, drawn)
 
 
 def another(dataset: Dataset, folder: Path) -> Run:
@@ -214,7 +206,7 @@ def files(folder: Path) -> dict[str, bytes]:
     return {path.name: path.read_bytes() for path in folder.iterdir() if path.name != PARTIAL_CHECKPOINT}
 
 
-@pytest.mark.usefixtures("quick_curves")
+@blank_sheets()
 def test_a_disk_that_fills_leaves_all_older_results(
     dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -237,7 +229,7 @@ def test_a_disk_that_fills_leaves_all_older_results(
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("quick_curves")
+@blank_sheets()
 def test_a_curve_that_fails_loses_neither_model_nor_scores(
     dataset: Dataset, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

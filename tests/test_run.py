@@ -20,6 +20,7 @@ from hybrid.training.checkpoint import Checkpoint, load_checkpoint
 from hybrid.training.gradient_training import TrainingDivergedError
 from hybrid.training.results import write_results
 from hybrid.training.run import CHECKPOINT, PARTIAL_CHECKPOINT, begin, resume
+from tests.blank_sheets import blank_sheets
 from tests.driven_problems import loaded_dataset
 from tests.hybrid_problems import (
     HELD_OUT,
@@ -41,6 +42,7 @@ def dataset() -> Dataset:
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def folders(dataset: Dataset, tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     """What is left after each epoch of one uninterrupted training; the last is that of the finished run."""
     whole = tmp_path_factory.mktemp("whole")
@@ -76,6 +78,7 @@ def metrics_of(folder: Path) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize("done", range(1, EPOCHS + 1))
+@blank_sheets()
 def test_resumed_after_any_epoch_it_ends_as_if_never_interrupted(
     done: int, folders: list[Path], dataset: Dataset, tmp_path: Path
 ) -> None:
@@ -102,6 +105,7 @@ def test_a_finished_run_has_its_checkpoint_and_no_training_under_way(folders: li
 
 
 @pytest.mark.slow
+@blank_sheets()
 def test_older_results_stay_while_a_new_training_is_under_way(
     folders: list[Path], dataset: Dataset, tmp_path: Path
 ) -> None:

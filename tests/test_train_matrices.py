@@ -20,6 +20,7 @@ from hybrid.training.checkpoint import load_checkpoint
 from hybrid.training.run import CHECKPOINT, begin
 from scripts.predict_motion import app as predict
 from scripts.train_hybrid import app
+from tests.blank_sheets import blank_sheets
 from tests.hybrid_problems import MASS, STIFFNESS, TINY, chain_dataset, chain_modes
 
 OPTIONS = ("--window", "80", "--batch", "8", "--first-horizon", "20", "--threads", "1", "--epochs", "1")
@@ -46,6 +47,7 @@ def scores_of(out: Path) -> Any:
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def trained(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with dataset.toml, matrices.npz and, in "run", what the script made of them."""
     folder = tmp_path_factory.mktemp("matrices")

@@ -30,6 +30,7 @@ from hybrid.training.results import write_results
 from hybrid.training.run import begin
 from hybrid.training.summary import describe
 from scripts.predict_motion import app
+from tests.blank_sheets import blank_sheets
 from tests.driven_problems import ambient_motion, shown
 from tests.hybrid_problems import MEASURED, SENSORS, STEP, TINY, chain_dataset, chain_modes, double_precision, off_chain
 
@@ -179,6 +180,7 @@ def test_a_record_that_is_too_short_is_refused() -> None:
 
 
 @pytest.fixture(scope="module")
+@blank_sheets()
 def windy(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Dataset]:
     """A training on free decays, with a test of these and an ambient one."""
     folder = tmp_path_factory.mktemp("windy")
