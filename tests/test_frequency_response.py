@@ -194,8 +194,10 @@ def test_what_cannot_be_told_is_refused() -> None:
 
 
 def test_the_command_shows_functions_of_driven_recordings(tmp_path: Path) -> None:
-    data = shaken(Load(3, "x", 100 * band(1)), noise=0.02)
-    file = str(save_dataset(replace(data, model=softened(STOREYS)), tmp_path / "data"))
+    (clean,) = by_a_shaker().recordings
+    noise = 0.02 * clean.data.std(axis=1) * np.random.default_rng(0).standard_normal(clean.data.shape)
+    data = replace(by_a_shaker(), recordings=(replace(clean, data=clean.data + noise),), model=softened(STOREYS))
+    file = str(save_dataset(data, tmp_path / "data"))
     save_structure(STOREYS, tmp_path / "extended_model.toml")
     options = ["--out", str(tmp_path / "o"), "--extended", str(tmp_path / "extended_model.toml")]
     result = CliRunner().invoke(app, ["compare", file, *options])

@@ -11,6 +11,7 @@ consistent mass, and gravity on it, keep the orientation of the drawn geometry: 
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import lru_cache
 from math import hypot
 from typing import Any
 
@@ -279,9 +280,10 @@ def add_law_with_memory(
 def add_drive(system: ExudynSystem, nodes: list[Index], force: Callable[[float], FloatArray]) -> None:
     """Add a ``force`` of time (n,) on the n coordinates of ``nodes``, in their order."""
     size = len(force(0.0))
+    of_time = lru_cache(maxsize=8)(force)  # a step asks for each of its times twice or more
 
     def pushed(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any) -> FloatArray:
-        return force(t)
+        return of_time(t)
 
     def slope(mbs: Any, t: float, itemNumber: Any, q: Any, q_t: Any, fODE2: Any, fODE2_t: Any) -> FloatArray:
         return np.zeros((size, size))  # or Exudyn would take differences of it
