@@ -1,6 +1,5 @@
 """The command `hybrid-modal`: its sub-commands, how fast its help is, what is said of what is not installed."""
 
-import ast
 import subprocess
 import sys
 from importlib.metadata import EntryPoint, EntryPoints
@@ -11,6 +10,7 @@ from typer.testing import CliRunner
 
 from hybrid.commands import benchmark
 from hybrid.commands.app import COMMANDS, app, main_app
+from tests.test_layout import imports_of
 
 ROOT = Path(__file__).parents[1]
 NAMES = [*(command.__name__ for command in COMMANDS), "benchmark"]
@@ -48,8 +48,7 @@ def test_no_other_part_of_the_package_imports_the_commands() -> None:
     files = [path for path in (ROOT / "hybrid").rglob("*.py") if path.parent.name != "commands"]
     assert len(files) > 10
     for path in files:
-        modules = [node.module for node in ast.walk(ast.parse(path.read_text())) if isinstance(node, ast.ImportFrom)]
-        assert not any(module and module.startswith("hybrid.commands") for module in modules), path
+        assert not any(module.startswith("hybrid.commands") for module, _ in imports_of(path)), path
 
 
 def test_without_the_benchmarks_one_line_tells_how_to_get_them(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -95,8 +94,8 @@ def test_the_installed_command_simulates_what_it_then_builds_on(tmp_path: Path) 
     assert "Time step 0.000" in done.stdout
     assert "0.01 % too low" in done.stdout
     assert (tmp_path / "dataset.toml").is_file()
-    coarse = subprocess.run([*run, "--step", "0.002", "-q"], cwd=ROOT, capture_output=True, text=True, check=False)
-    assert coarse.returncode == 0
+    coarse = CliRunner().invoke(app, [*options, "--step", "0.002", "-q"])
+    assert coarse.exit_code == 0
     assert coarse.stdout.splitlines() == [str(tmp_path / "dataset.toml")]
     assert "warning: time step 0.002 s" in coarse.stderr
     assert "leave --step out" in coarse.stderr

@@ -26,7 +26,11 @@ from tests.blank_sheets import blank_sheets
 
 @pytest.mark.parametrize(
     ("kind", "tier", "seed"),
-    [("stiffness_change", "off", 14), ("cubic_spring", "exact", 12), ("sensor_gain", "off", 13)],
+    [
+        pytest.param("stiffness_change", "off", 14, marks=pytest.mark.slow),
+        pytest.param("cubic_spring", "exact", 12, marks=pytest.mark.slow),
+        ("sensor_gain", "off", 13),  # in every run beside the kinds that `test_blind_diagnosis` hides in it
+    ],
 )
 def test_hidden_effect_is_named_measured_and_built_in(kind: str, tier: Tier, seed: int) -> None:
     case = blind_case(seed, BlindConfig((kind,), tier=tier, size=0.8, train=5, test=2, duration=30.0))
@@ -43,6 +47,7 @@ def test_hidden_effect_is_named_measured_and_built_in(kind: str, tier: Tier, see
     assert extended < 1.15 * found.noise_floor
 
 
+@pytest.mark.slow  # another seed of what `test_blind_diagnosis` asks in every run
 def test_clean_case_is_called_clean() -> None:
     case = blind_case(21, BlindConfig(tier="off", train=5, test=2, duration=30.0))
     found = diagnose(case.dataset)

@@ -66,7 +66,7 @@ def interrupt():
     os.kill(os.getpid(), signal.SIGINT)
 
 with command_line(quiet=False):
-    large = np.random.default_rng(0).standard_normal((6000, 6000))
+    large = np.random.default_rng(0).random((6000, 6000))
     threading.Thread(target=interrupt, daemon=True).start()
     np.linalg.eigvals(large)
 """
