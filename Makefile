@@ -17,6 +17,7 @@ TORCH := requirements-torch-
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 CHECKED := $(INSTALL) --require-hashes
 PROJECTS := --editable '.[dev]' --editable ./benchmarks
+PYTEST := $(BIN)/python -m pytest -n 2 --dist worksteal
 
 .PHONY: demo test test-all lint docs licences setup clean
 setup: $(VENV)/.ready
@@ -36,11 +37,15 @@ endif
 demo: setup
 	$(BIN)/python scripts/demo.py --out $(OUT) $(if $(DATA),--data "$(DATA)")
 
+# Tests are compiled once, whatever the shell says of byte code; each of the two processes keeps to its half of the files,
+# so that what a file makes for all its tests is made once.
+test test-all: export PYTHONDONTWRITEBYTECODE =
+
 test: setup
-	$(BIN)/python -m pytest -n 2 -m "not slow"
+	$(PYTEST) -m "not slow"
 
 test-all: setup
-	$(BIN)/python -m pytest -n 2
+	$(PYTEST)
 
 lint: setup
 	$(BIN)/ruff check .
