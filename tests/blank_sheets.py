@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TextIO
 
 import numpy as np
 import pytest
@@ -20,14 +20,16 @@ def blank_sheets(*kinds: str) -> Iterator[None]:
 
     drawn = Figure.savefig
 
-    def written(figure: Figure, path: Path, **options: Any) -> None:
+    def written(figure: Figure, file: Path | TextIO, **options: Any) -> None:
+        kind = file.suffix if isinstance(file, Path) else f".{options['format']}"
         width, height = 72 * figure.get_size_inches()
-        if kinds and path.suffix not in kinds:
-            drawn(figure, path, **options)
-        elif path.suffix == ".svg":
-            path.write_text(f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}"></svg>')
+        if kinds and kind not in kinds:
+            drawn(figure, file, **options)
+        elif isinstance(file, Path) and kind != ".svg":
+            imsave(file, np.ones((1, 1, 3)))
         else:
-            imsave(path, np.ones((1, 1, 3)))
+            sheet = f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width:g} {height:g}"></svg>'
+            file.write_text(sheet) if isinstance(file, Path) else file.write(sheet)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Figure, "savefig", written)
