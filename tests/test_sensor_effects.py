@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import SensorDelay, SensorDrift, SensorGain
 from fe_models.errors import InputError
 
@@ -15,6 +16,13 @@ def recordings() -> np.ndarray:
     """Two alike of two channels, (realisation, time, sensor)."""
     rng = np.random.default_rng(2)
     return rng.standard_normal((2, 400, 2))
+
+
+def test_a_sensor_without_a_cable_has_no_scale() -> None:
+    dead = SensorGain("a2", -7.6e-6).sentence({"factor": "-7.6e-06 +- 1e-05"}, four_dof())
+    assert dead.startswith("Sensor a2 shows next to nothing of the motion")
+    assert "cable" in dead
+    assert SensorGain("a2", 1e-3).sentence({"factor": "0.001"}, four_dof()).startswith("Sensor a2 shows 0.001 times")
 
 
 @pytest.mark.parametrize("fault", [SensorGain("a2", 1.2), SensorDelay("a2", 0.003), SensorDrift("a2", 0.5)])

@@ -10,6 +10,7 @@ from hybrid.diagnosis.track_record.certified import Certified, Column
 
 CHAIN, FRAME = "four_dof", "bridge"
 STRUCTURES = {CHAIN: "chains of four masses", FRAME: "cable-stayed bridges"}
+SORTS = {CHAIN: "chains", FRAME: "frames"}
 TIERS = ("exact", "off", "far")  # the harder the later
 MOVED = {
     "free": "in free vibration",
@@ -66,7 +67,7 @@ def column_like(kind: Kind, known: Certified) -> Column | str:
     """
     same = [own for own in known.columns if (own.structure, own.excitation) == (kind.structure, kind.excitation)]
     if not same:
-        return NO_SUCH.format(structure=STRUCTURES[kind.structure], moved=MOVED[kind.excitation])
+        return NO_SUCH.format(structure=SORTS[kind.structure], moved=MOVED[kind.excitation])
     wanted = TIERS.index(kind.tier)
 
     def distance(own: Column) -> tuple[bool, bool, int]:
