@@ -81,6 +81,7 @@ def test_both_searches_say_the_same_in_the_same_words() -> None:
     assert "90% of the forecast error's energy beyond noise." in by_series
     assert "90% of the modes' misfit (chi-square)." in by_modes
     assert "it removes 30% of the forecast error's energy beyond noise" in by_modes
+    assert "are no better for it" in summary_of(answer_by_modes(dataset, replace(finding, gain=0.0)))
 
 
 def test_no_probability_is_said_to_be_one_or_zero() -> None:

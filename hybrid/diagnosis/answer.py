@@ -43,4 +43,4 @@ def measure_of_explained(found: Answer) -> str:
 
 def headline_of(found: Answer) -> str:
     """Return the answer in one sentence."""
-    return modal_report.HEADLINES[found.verdict] if isinstance(found, ModalDiagnosis) else report.headline(found)
+    return modal_report.headline(found) if isinstance(found, ModalDiagnosis) else report.headline(found)

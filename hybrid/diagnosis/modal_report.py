@@ -33,6 +33,10 @@ HEADLINES = {
     Verdict.PARTLY_EXPLAINED: "The simulation is wrong; what is named below explains the measured modes in part.",
     Verdict.UNEXPLAINED: "The simulation is wrong, and nothing on the list of causes explains the measured modes.",
 }
+VALUES_OFF = (
+    "The simulation is wrong: its stiffnesses or masses are off by more than was stated, and these modes do not tell"
+    " which ones, or which cause they stand for."
+)
 BY_MODES = "by modes alone: force laws, drifts and harmonic forces, which modes do not show, were not looked for"
 BY_LISTED_MODES = f"{BY_MODES}, and no forecasts were made"
 BY_MODES_AND_MOTION = "by modes and motion: drifts and harmonic forces were not looked for"
@@ -41,6 +45,11 @@ DISCREPANCY_ENERGY = "the energy of the motion's discrepancy"  # from that of a 
 GAIN = (
     "In the recordings where it acts, it removes {gain:.0%} of the forecast error's energy beyond noise (each is"
     " forecast from its first fifth, by a model that was fitted to the others)"
+)
+MIN_SAID_GAIN = 0.005  # which is 0 % in words
+NO_GAIN = (
+    "Forecasts of the recordings where it acts are no better for it (each is forecast from its first fifth, by a model"
+    " that was fitted to the others): what tells it are their modes"
 )
 DRAWN_COLOUR, EXTENDED_COLOUR = "#E69F00", "#0072B2"  # Okabe & Ito, as in the other pictures
 
@@ -54,7 +63,7 @@ def _table(found: ModalDiagnosis) -> dict[str, Any]:
     return {
         "schema": 1,
         "verdict": found.verdict.value,
-        "headline": HEADLINES[found.verdict],
+        "headline": headline(found),
         "findings": [finding_table(finding) for finding in found.findings],
         "calibration": calibration_table(found.calibration),
         "unexplained_fraction": found.unexplained,
@@ -76,6 +85,11 @@ def _table(found: ModalDiagnosis) -> dict[str, Any]:
     }
 
 
+def headline(found: ModalDiagnosis) -> str:
+    """Return the answer in one sentence."""
+    return VALUES_OFF if found.values_off else HEADLINES[found.verdict]
+
+
 def describe_modal(found: ModalDiagnosis, gain: Gain | None = None) -> str:
     """Return the report in lines: modes, then the `modal_summary`."""
     lines = ["| recording | measured (Hz) | drawn | MAC | with what was found | MAC | damping ratio |"]
@@ -86,7 +100,7 @@ def describe_modal(found: ModalDiagnosis, gain: Gain | None = None) -> str:
 
 def modal_summary(found: ModalDiagnosis, gain: Gain | None = None) -> str:
     """Return the answer in lines: what is named with its rivals, states, forecasts, notes."""
-    lines = [HEADLINES[found.verdict]]
+    lines = [headline(found)]
     for finding in found.findings:
         lines += finding_lines(finding, _explained(finding), *_gained(finding))
     lines += next_lines(found.next_measurement)
@@ -109,7 +123,9 @@ def _explained(finding: Finding) -> str:
 
 def _gained(finding: Finding) -> list[str]:
     """Return what a change takes away where it acts, by forecasts of each recording that the others do not fit."""
-    return [] if finding.gain is None else [GAIN.format(gain=finding.gain)]
+    if finding.gain is None:
+        return []
+    return [GAIN.format(gain=finding.gain) if finding.gain > MIN_SAID_GAIN else NO_GAIN]
 
 
 def measure_of_left(found: ModalDiagnosis) -> str:

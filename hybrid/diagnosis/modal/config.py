@@ -88,6 +88,8 @@ class ScanConfig:
     sizes: tuple[float, ...] = (-2.0, -0.6, -0.2, 0.02, 0.07, 0.2, 0.6, 2.0)
     # of an unknown change of the structure: what a scan leaves of it, for what is not linear in causes
     remaining_change: float = 0.03
+    # of what nominal values gain that are off: what one cause must promise that they may stand for; scans are rough
+    min_share: float = 0.5
     max_polished: int = 16  # claims of each scan that are fitted for a few rounds, ...
     polishing_rounds: int = 6
     max_fitted: int = 4  # ... and those of them that are fitted whole
@@ -118,8 +120,8 @@ class ConclusionConfig:
     even: float = 0.5  # ... beside something unknown, which may move the same modes
     max_left_of_explained: float = 0.1  # of the drawn structure's misfit: ten times better is explained
     max_left_of_part: float = 0.5
+    max_usual_frequency: float = 3.0  # times the usual error of right models
     min_paired: float = 0.5  # of the measured modes: a structure that has fewer is not one that is right
-    worth_a_note: float = 3.0  # times what was stated
     refitted: int = 8  # claims that are held against modes that something unknown moves, too
     # times a frequency's usual error, which identification leaves and recordings vary by: no right one is so far off
     doubted_sigma: float = 4.0

@@ -14,6 +14,8 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.mode_values import MODE_QUANTITIES
 
+MAX_STATED_SCALE = 3.0  # of what was stated: a drawing whose values are farther off is not what was stated
+
 
 def _size(median: float, spread: float) -> Any:
     """Return the field of a size by its prior: its median, and the standard deviation of its logarithm."""
@@ -65,6 +67,11 @@ class ErrorSizes:
         usual = ErrorSizes()
         names = [name + end for name in MODE_QUANTITIES if name != "ratio" for end in ("", "_varies")]
         return all(getattr(self, name) <= getattr(usual, name) for name in names)
+
+    @property
+    def values_are_off(self) -> bool:
+        """Whether stiffnesses or masses, of groups or of single elements, are off by more than was stated."""
+        return max(self.stiffness_scale, self.mass_scale, self.element_scale) > MAX_STATED_SCALE
 
     @property
     def as_usual(self) -> "ErrorSizes":

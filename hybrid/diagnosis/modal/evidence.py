@@ -95,7 +95,7 @@ def fit_claim(
         try:
             if errors_too and number % 2 == 1 and len(pairs):
                 sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations)
-                inflation = likeliest_inflation(rows, at_centre, sizes, pairs)
+                inflation = likeliest_inflation(measured, rows, at_centre, sizes, pairs)
                 rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
             present = _evaluated(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
@@ -155,7 +155,7 @@ def _evaluated(
         normal = own.T @ own + np.diag(1 / width**2)
         off = (theta[first:] - hypothesis.centre[first:]) / width
         evidence += -0.5 * float(off @ off) - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(width).sum())
-    evidence += log_density_of_unpaired(measured, pairs) + log_prior_in(inflation)
+    evidence += log_density_of_unpaired(measured, pairs) + log_prior_in(inflation, measured)
     covariance = _covariance(rows, sizes, slopes, width)
     return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence, inflation)
 

@@ -3,6 +3,9 @@
 Of each mode of a recording, what is its own error (identification's, and what differs from one recording to the next)
 is a normal one of kappa times that variance, 1 / kappa distributed as chi squared over its degrees of freedom, for
 frequency, damping ratio and shape apart. The likeliest kappa of one or more is taken, given all other rows.
+
+A mode whose shape is not known is taken for the structure's by its frequency alone: as probably as any measured mode is
+none of the structure's, it is another, and its kappa any up to the largest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,8 +14,9 @@ from typing import NamedTuple
 import numpy as np
 
 from fe_models.arrays import FloatArray, IntArray
-from hybrid.diagnosis.modal.config import INFLATION
+from hybrid.diagnosis.modal.config import INFLATION, UNPAIRED
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
+from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
 from hybrid.diagnosis.modal.pairs import Pairs
 from hybrid.diagnosis.modal.rows import Rows
@@ -39,12 +43,25 @@ def log_prior_of(kappa: FloatArray) -> FloatArray:
     return np.asarray(-(half + 1) * np.log(kappa) - half * (1 / kappa - 1))
 
 
-def log_prior_in(inflation: Inflation) -> float:
+def log_prior_without_shape(kappa: FloatArray) -> FloatArray:
+    """Return the log density of kappa, over that of 1, of the frequency of a mode whose shape is not known."""
+    another = np.log(UNPAIRED.probability / np.log(INFLATION.max_variance_factor))  # that it is of any other mode
+    return np.asarray(np.logaddexp(log_prior_of(kappa), another) - np.logaddexp(0.0, another))
+
+
+def log_prior_in(inflation: Inflation, measured: ModalData) -> float:
     """Return the log prior of all that is inflated."""
-    return float(sum(log_prior_of(np.square(own)).sum() for own in inflation.values()))
+    total = 0.0
+    for (recording, mode), own in inflation.items():
+        of_frequency = log_prior_of if measured.recordings[recording].has_shape[mode] else log_prior_without_shape
+        kappa = np.square(own)
+        total += float(of_frequency(kappa[:1]).sum() + log_prior_of(kappa[1:]).sum())
+    return total
 
 
-def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pairs: Pairs) -> Inflation:
+def likeliest_inflation(
+    measured: ModalData, rows: Rows, residual: FloatArray, sizes: ErrorSizes, pairs: Pairs
+) -> Inflation:
     """Return how much larger the errors of measured modes are than they say, as a ``residual`` (row,) has it."""
     inverse = np.asarray(np.linalg.inv(rows.covariance(sizes)), dtype=np.float64)
     along = inverse @ residual
@@ -53,16 +70,27 @@ def likeliest_inflation(rows: Rows, residual: FloatArray, sizes: ErrorSizes, pai
     each = np.split(np.arange(len(residual)), len(pairs))
     parts = [block[rows.quantity[block] == quantity] for block in each for quantity in (FREQUENCY, RATIO)]
     parts += [block[rows.quantity[block] > RATIO] for block in each]  # of shapes
-    factors = _factors(inverse, along, own, rows.inflation, parts)
+    usual = log_prior_of(KAPPAS)
+    by_frequency = {True: usual, False: log_prior_without_shape(KAPPAS)}
+    have_shapes = [bool(measured.recordings[recording].has_shape[mode]) for recording, mode in pairs.places]
+    priors = [prior for has_shape in have_shapes for prior in (by_frequency[has_shape], usual)] + [usual] * len(each)
+    factors = _factors(inverse, along, own, rows.inflation, parts, np.array(priors))
     apart, shapes = factors[: 2 * len(each)].reshape(-1, 2).tolist(), factors[2 * len(each) :].tolist()
     each_pair = zip(pairs.places, apart, shapes, strict=True)
     return {place: ErrorFactors(frequency, ratio, shape) for place, (frequency, ratio), shape in each_pair}
 
 
 def _factors(
-    inverse: FloatArray, along: FloatArray, own: FloatArray, inflation: FloatArray, parts: Sequence[IntArray]
+    inverse: FloatArray,
+    along: FloatArray,
+    own: FloatArray,
+    inflation: FloatArray,
+    parts: Sequence[IntArray],
+    priors: FloatArray,
 ) -> FloatArray:
-    """Return the likeliest square root of kappa (part,) of each of some ``parts`` of the rows, all others given."""
+    """Return the likeliest square root of kappa (part,) of each of some ``parts`` of the rows, all others given;
+    ``priors`` (part, kappa): log densities of its kappas.
+    """
     sizes, found = np.array([len(part) for part in parts]), np.ones(len(parts))
     for size in sorted(set(sizes[sizes > 0].tolist())):
         chosen = np.flatnonzero(sizes == size)
@@ -75,6 +103,6 @@ def _factors(
         variances, vectors = np.linalg.eigh(white @ others @ back)  # own errors are independent and of variance 1
         left = (vectors.swapaxes(1, 2) @ white @ given @ along[rows][..., None])[..., 0]
         total = KAPPAS[:, None, None] + np.maximum(variances, 0.0)
-        density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=2) + log_prior_of(KAPPAS)[:, None]
+        density = -0.5 * np.sum(np.log(total) + left**2 / total, axis=2) + priors[chosen].T
         found[chosen] = np.sqrt(KAPPAS[np.argmax(density, axis=0)])
     return found

@@ -68,6 +68,11 @@ class MeasuredModes:
         return MeasuredModes(name, np.log(np.abs(modes.roots)), modes.ratios, modes.shapes.T, modes.scatter)
 
     @property
+    def has_shape(self) -> BoolArray:
+        """Which modes' shapes are known, (mode,)."""
+        return np.ones(self.count, dtype=bool) if self.shown is None else self.shown
+
+    @property
     def count(self) -> int:
         """Number of modes."""
         return len(self.log_omega)
@@ -94,13 +99,17 @@ class MeasuredModes:
 
 def are_combinations(found: IdentifiedModes) -> BoolArray:
     """Return which lines (mode,) are at a multiple, a sum or a difference of the frequencies of far stronger ones."""
-    frequency, error, energy = found.frequencies, found.frequency_errors, found.energy
-    combined = np.zeros(len(frequency), dtype=bool)
-    for line in range(len(frequency)):
-        strong = np.flatnonzero(energy[line] < COMBINATION.max_energy_share * energy)
-        i, j = (index.ravel() for index in np.meshgrid(strong, strong))
-        expected = np.concatenate([frequency[i] + frequency[j], np.abs(frequency[i] - frequency[j])])
-        sigma = np.sqrt(error[line] ** 2 + np.tile(error[i] ** 2 + error[j] ** 2, 2))
-        reach = np.maximum(COMBINATION.max_distance_sigma * sigma, COMBINATION.max_relative_distance * frequency[line])
-        combined[line] = bool(np.any((np.abs(frequency[line] - expected) < reach) & (expected > 0)))
-    return combined
+    energy, known = found.energy, (found.frequencies, found.frequency_errors)
+    far_stronger = [np.flatnonzero(own < COMBINATION.max_energy_share * energy) for own in energy]
+    return np.array([is_combined_of(line, strong, *known) for line, strong in enumerate(far_stronger)], dtype=bool)
+
+
+def is_combined_of(line: int, others: IntArray, frequency: FloatArray, error: FloatArray) -> bool:
+    """Return whether a line is at a multiple, a sum or a difference of the frequencies of ``others``, all by their
+    numbers; ``frequency`` and its standard deviation, ``error``, (line,).
+    """
+    i, j = (index.ravel() for index in np.meshgrid(others, others))
+    expected = np.concatenate([frequency[i] + frequency[j], np.abs(frequency[i] - frequency[j])])
+    sigma = np.sqrt(error[line] ** 2 + np.tile(error[i] ** 2 + error[j] ** 2, 2))
+    reach = np.maximum(COMBINATION.max_distance_sigma * sigma, COMBINATION.max_relative_distance * frequency[line])
+    return bool(np.any((np.abs(frequency[line] - expected) < reach) & (expected > 0)))

@@ -7,6 +7,7 @@ import numpy as np
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.inflation import likeliest_inflation
 from hybrid.diagnosis.modal.modal_data import ModalData
 
 
@@ -25,7 +26,7 @@ def null_fit(measured: ModalData) -> ModalFit | None:
     another one, and errors for as large as that makes them, or for none. Until the best is found again and again.
     """
     rng, parts = np.random.default_rng(0), len(measured.nominal.parts)
-    found = list[ModalFit]()
+    found = _with_doubts(measured)
     for number in range(1 + FIT.null_starts):
         theta = -measured.offset
         if number:
@@ -39,3 +40,18 @@ def null_fit(measured: ModalData) -> ModalFit | None:
         if sum(own.evidence > best.evidence - FIT.same_nats for own in found) >= FIT.null_agreeing:
             break
     return max(found, key=lambda own: own.evidence, default=None)
+
+
+def _with_doubts(measured: ModalData) -> list[ModalFit]:
+    """Return the fit that begins with doubts in frequencies that are far from those drawn, where some modes' shapes are
+    not known: begun without, values are off by as much as a wrong frequency asks for.
+    """
+    known = measured, measured.null, -measured.offset, ErrorSizes()
+    begun = None
+    if not all(own.has_shape.all() for own in measured.recordings):
+        begun = fit_claim(*known, rounds=1, errors_too=False)
+    if begun is None or not len(begun.pairs):
+        return []
+    doubts = likeliest_inflation(measured, begun.rows, begun.residual, begun.sizes, begun.pairs)
+    item = fit_claim(*known, FIT.null_iterations, inflation=doubts)
+    return [] if item is None else [item]

@@ -4,7 +4,7 @@ import numpy as np
 
 from fe_models.arrays import BoolArray, FloatArray, IntArray
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.config import FIT, UNPAIRED
+from hybrid.diagnosis.modal.config import FIT, LISTED, UNPAIRED
 from hybrid.diagnosis.modal.inflation import NOT_INFLATED, Inflation
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import (
@@ -109,10 +109,19 @@ def _by_value(inflation: Inflation, pairs: Pairs, free: BoolArray) -> FloatArray
 
 def log_density_of_unpaired(measured: ModalData, pairs: Pairs) -> float:
     """Return the log density of the measured modes that no mode of the structure is, and the prior of all."""
-    widths = unpaired_widths(quantities_of(len(measured.sensors) - 1))  # the entry of reference is not free
-    each = -float(np.sum(np.log(widths))) - 0.5 * len(widths) * float(np.log(2 * np.pi * np.e))
-    alone = measured.modes - len(pairs)
-    return alone * (each + float(np.log(UNPAIRED.probability))) + len(pairs) * float(np.log1p(-UNPAIRED.probability))
+    quantity = quantities_of(len(measured.sensors) - 1)  # the entry of reference is not free
+    known = set(pairs.places)
+    total = len(known) * float(np.log1p(-UNPAIRED.probability))
+    for recording, own in enumerate(measured.recordings):
+        for mode in range(own.count):
+            if (recording, mode) in known:
+                continue
+            widths = unpaired_widths(quantity)
+            if not own.has_shape[mode]:
+                widths[SHAPE] = LISTED.any_shape  # as of a pair
+            total += float(np.log(UNPAIRED.probability) - np.sum(np.log(widths)))
+            total -= 0.5 * len(widths) * float(np.log(2 * np.pi * np.e))
+    return total
 
 
 def unpaired_widths(quantity: IntArray) -> FloatArray:

@@ -19,8 +19,7 @@ def paired(measured: MeasuredModes, log_omega: FloatArray, shapes: ComplexArray,
         return found
     own = displaced(measured.log_omega, measured.shapes, orders)
     criterion = mac(own.T, displaced(log_omega, shapes, orders).swapaxes(-2, -1))
-    if measured.shown is not None:
-        criterion[..., ~measured.shown, :] = 1.0  # by frequency alone
+    criterion[..., ~measured.has_shape, :] = 1.0  # by frequency alone
     apart = np.abs(measured.log_omega[:, None] - log_omega[..., None, :])
     cost = (apart / PAIRING.frequency_scale) ** 2 + (1 - criterion) / PAIRING.mac_scale
     possible = (apart < PAIRING.max_frequency_difference) & (criterion > PAIRING.min_mac) & (cost < PAIRING.max_cost)

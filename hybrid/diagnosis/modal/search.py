@@ -21,7 +21,7 @@ from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
-from hybrid.diagnosis.modal.inflation import Inflation
+from hybrid.diagnosis.modal.inflation import NOT_INFLATED, Inflation
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
@@ -125,6 +125,7 @@ class Search:
             tell(stage)
             before = self.score(self.ranked(fits)[0])
             fits += self._with_another_cause(frontier)
+            fits += self._with_one_cause_as_drawn(null) if number == 0 else []
             best = self.ranked(fits)[0]
             if len(best.claim.acts) == number + 1:
                 fits += self._with_causes_exchanged(best, (number,), anywhere=True)
@@ -136,6 +137,17 @@ class Search:
         if len(best.claim.acts) > 1:
             fits += self._with_causes_exchanged(best, range(len(best.claim.acts)))
         return self.ranked([*fits, *self._with_causes_taken_out(fits)])
+
+    def _with_one_cause_as_drawn(self, null: ModalFit) -> list[ModalFit]:
+        """Return fits with one cause in the structure as it was drawn, where its nominal values are off by more than
+        was stated: those that may be what these values all stand for.
+        """
+        drawn = None
+        if null.sizes.values_are_off:
+            drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes(), {}))
+        if drawn is None:
+            return []
+        return self._with_another_cause([drawn], least=SCAN.min_share * (null.evidence - drawn.evidence))
 
     def _kept(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return the best of the fits, that further causes are added to."""
@@ -158,13 +170,15 @@ class Search:
         ]
         return [item for item in found if item is not None]
 
-    def _with_another_cause(self, frontier: Sequence[ModalFit], beside: Touching | None = None) -> list[ModalFit]:
-        """Return fits with a cause more than those of the ``frontier``: of each of these the most promising, and of
-        those ``beside`` what was found, where that is known.
+    def _with_another_cause(
+        self, frontier: Sequence[ModalFit], beside: Touching | None = None, least: float = -np.inf
+    ) -> list[ModalFit]:
+        """Return fits with a cause more than those of the ``frontier``: of each of these the most promising, if they
+        may gain more than the ``least``, and of those ``beside`` what was found, where that is known.
         """
         found, seen = list[ModalFit](), set[object]()
         for base in frontier:
-            for start in self._starts_with_another_cause(base, beside):
+            for start in self._starts_with_another_cause(base, beside, least):
                 if start.claim.key in seen:
                     continue
                 seen.add(start.claim.key)
@@ -174,7 +188,7 @@ class Search:
                     found += [] if item is None else [item]
         return found
 
-    def _starts_with_another_cause(self, base: ModalFit, beside: Touching | None) -> list[Start]:
+    def _starts_with_another_cause(self, base: ModalFit, beside: Touching | None, least: float) -> list[Start]:
         """Return where fits with a cause more than a fit's begin: in the place of an unknown change, and everywhere.
 
         Candidates are compared as if one of them were all that is missing: errors that stand for it would hide it. So
@@ -188,20 +202,25 @@ class Search:
             parts.append(([changed], with_errors(self.measured, base, hardly)))
         found = []
         for groups, present in parts:
-            trials = self._ranked_trials(scan(self.measured, present, self.candidates, groups))
+            found_by_scan = scan(self.measured, present, self.candidates, groups)
+            trials = self._ranked_trials([trial for trial in found_by_scan if trial.gain > least])
             more = [] if beside is None else [trial for trial in trials[SCAN.max_polished :] if beside.has(trial)]
             starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.max_polished], *more]]
             found += self._polished(starts)
         return found
 
     def _with_usual_errors(self, base: ModalFit) -> ModalFit | None:
-        """Return a fit's claim fitted with usual errors, from where no element is off by itself: None where that cannot
-        stand.
+        """Return a fit's claim fitted with usual errors, and no doubt in frequencies alone, from where no element is
+        off by itself: None where that cannot stand.
         """
         nominal, theta = self.measured.nominal, base.theta.copy()
         single = slice(nominal.factors, nominal.values)
         theta[single] = -self.measured.offset[single]
-        return self._fitted(Start(base.claim, theta, base.sizes.as_usual, base.inflation))
+        trusted = {
+            place: own if self.measured.recordings[place[0]].has_shape[place[1]] else NOT_INFLATED
+            for place, own in base.inflation.items()
+        }
+        return self._fitted(Start(base.claim, theta, base.sizes.as_usual, trusted))
 
     def _ranked_trials(self, trials: Sequence[Trial]) -> list[Trial]:
         """Return trials by what they may gain of the log posterior, without those that are fitted anyway."""

@@ -1,6 +1,6 @@
 """What the best claims and laws amount to: verdict, findings, calibration, notes."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -30,9 +30,11 @@ from hybrid.diagnosis.modes_and_motion.modal_findings import (
     states_of,
 )
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
-from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, notes_on_modes, notes_on_motion
+from hybrid.diagnosis.modes_and_motion.notes import TWO_AT_ONE_PLACE, note_on_ratios, notes_on_modes, notes_on_motion
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode, paired_modes
-from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside
+from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside, parts_surely_off
+from hybrid.diagnosis.modes_and_motion.relative_stiffness import relatively_off
+from hybrid.diagnosis.modes_and_motion.unmatched_modes import UnmatchedModes, unmatched_modes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
@@ -66,6 +68,7 @@ class ModalDiagnosis:
     considered: tuple[ConsideredHypothesis, ...] = ()  # by modes, most probable first
     considered_laws: tuple[ConsideredHypothesis, ...] = ()  # where laws were sought
     off_throughout: bool = False  # whether most of its stiffnesses are off, of a frame, however sure each is
+    values_off: bool = False  # whether values are off by more than was stated, and that alone is known
     strays: bool = False  # whether the motion is not that of constant values, by more than any law explains
     identified: Mapping[str, Identification] = field(default_factory=dict)  # in the recordings, by their names
 
@@ -124,19 +127,29 @@ def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDia
     explained, forecasts = (None, None) if motion is None else (motion.explained, motion.forecasts)
     drawn, remaining = as_drawn(measured, best), _remaining(laws, motion)
     before, left = _misfit(measured, drawn, best, forecasts)
+    unmatched = unmatched_modes(measured, best)
+    exchanged = any(own.exchanged for own in unmatched)
     local = _with_law(measured, best, laws, explained, _causes(claims, before, remaining))
     groups = _groups_off(measured, best, _unknown(laws, remaining, local.listed))
     findings = (*local.findings, *groups)
+    nothing_else = not (findings or best.claim.changed or exchanged)
+    alone = parts_surely_off(measured, best)
+    ratios = [own for own in relatively_off(measured, best) if own.part not in alone]
     meeting = [TWO_AT_ONE_PLACE] * (local.two < 1)
     return ModalDiagnosis(
-        verdict=_verdict(measured, best, findings, left, remaining, local.listed),
+        verdict=_verdict(best, findings, left, remaining, local.listed, unmatched),
         findings=findings,
         calibration=_calibration(measured, best),
-        unexplained=left,
+        unexplained=1.0 if exchanged and not findings else left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
         extended=_extended(measured.nominal, best.theta[: best.nuisances], local.findings),
-        notes=(*notes_on_modes(measured, best), *notes_on_motion(laws, remaining), *meeting),
+        notes=(
+            *notes_on_modes(measured, best, unmatched),
+            *note_on_ratios(measured, ratios),
+            *notes_on_motion(laws, remaining),
+            *meeting,
+        ),
         seconds=0.0,
         has_motion=motion is not None,
         forecasts=forecasts,
@@ -145,6 +158,7 @@ def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDia
         next_measurement=next_by_modes(measured, fits, probability, present),
         considered=considered_by_modes(measured, fits, probability),
         considered_laws=() if laws is None else considered_laws(laws),
+        values_off=best.sizes.values_are_off and nothing_else,
         strays=remaining is not None and not remaining.after.is_usual,
     )
 
@@ -261,21 +275,24 @@ def _groups_off(measured: ModalData, best: ModalFit, unknown: Unknown | None) ->
 
 
 def _verdict(
-    measured: ModalData,
     best: ModalFit,
     findings: tuple[Finding, ...],
     left: float,
     remaining: RemainingDiscrepancy | None,
     listed: float,
+    unmatched: Sequence[UnmatchedModes],
 ) -> Verdict:
     """Return the answer in a word: by the share of the drawn structure's misfit that is ``left``, and by what is
     ``remaining`` of the motion, which no law on the list explains where it is more than usual; by whether what moves in
-    time is surely one that is ``listed``. Of a structure that has few of the measured modes nobody says it is right.
+    time is surely one that is ``listed``. Of a structure that has few of the measured modes, most being ``unmatched``,
+    or of modes with one another's shapes, nobody says it is right; nor of one whose values are off, whichever.
     """
-    unusual = best.sizes.frequency > CONCLUSION.worth_a_note * ErrorSizes().frequency
-    unusual |= len(best.pairs) < CONCLUSION.min_paired * measured.modes
+    unusual = best.sizes.frequency > CONCLUSION.max_usual_frequency * ErrorSizes().frequency
+    alone = sum(len(own.exchanged) + len(own.others) for own in unmatched)
+    unusual |= len(best.pairs) < CONCLUSION.min_paired * (len(best.pairs) + alone)
+    unusual |= any(own.exchanged for own in unmatched)
     strays = remaining is not None and not remaining.after.is_usual
-    strange = best.claim.changed or unusual or strays
+    strange = best.claim.changed or unusual or strays or best.sizes.values_are_off
     if not findings:
         return Verdict.UNEXPLAINED if strange else Verdict.NOTHING_WRONG
     if remaining is not None and strays and remaining.share > CONCLUSION.max_left_of_part:

@@ -68,6 +68,5 @@ def _modes_beside(measured: ModalData, item: ModalFit) -> dict[tuple[int, int], 
         made = displaced(modes.log_omega[0, mode], modes.shapes[0, mode], measured.orders)
         criterion = mac(seen[:, None], made[:, None])
         frequency = float(np.exp(modes.log_omega[0, mode])) / (2 * np.pi)
-        is_shown = own.shown is None or bool(own.shown[k])
-        found[int(recording), int(k)] = (frequency, float(criterion[0, 0]) if is_shown else None)
+        found[int(recording), int(k)] = (frequency, float(criterion[0, 0]) if own.has_shape[k] else None)
     return found
