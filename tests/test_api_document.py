@@ -15,6 +15,7 @@ from tests.blank_sheets import blank_sheets
 DOCUMENT = (Path(__file__).parents[1] / "docs" / "api.md").read_text(encoding="utf-8")
 
 
+@blank_sheets()
 def test_the_examples_run_and_find_what_was_hidden(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -40,8 +41,7 @@ def test_the_examples_run_and_find_what_was_hidden(
     assert page.startswith("<!DOCTYPE html>")
     assert typeset(finding.sentence).rstrip(".") in page.replace("\N{NO-BREAK SPACE}", " ")
     assert report._repr_html_().count("<table>") == 2
-    with blank_sheets():
-        saved = report.save("saved")
+    saved = report.save("saved")
     assert json.loads((saved / "report.json").read_text())["verdict"] == report.verdict.value
     assert repr(report.diagnosis) == f"Diagnosis(explained: {finding!r})"
     assert repr(finding).startswith("Finding(cubic_spring at node 1 in x, probability ")

@@ -207,6 +207,7 @@ def test_factors_far_off_are_found_with_their_uncertainty(dataset: Dataset) -> N
     assert 0.4 < np.sqrt(np.mean(np.square(pulls))) < 1.6
 
 
+@pytest.mark.slow  # as is asked of the command in every run, see `test_modal_report`
 def test_a_spring_that_lost_stiffness_between_two_recordings_of_a_chain_far_from_its_drawing(dataset: Dataset) -> None:
     rng = np.random.default_rng(20)
     truth = chain(off(rng))

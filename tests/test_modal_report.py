@@ -11,6 +11,7 @@ import fe_models as fe
 from fe_models.files.dataset_file import save_dataset
 from fe_models.files.structure_file import load_structure, save_structure
 from hybrid.commands.app import app
+from tests.blank_sheets import blank_sheets
 from tests.test_modal_evidence import SENSORS, chain
 
 SAMPLES, RATE = 2000, 50.0
@@ -67,6 +68,7 @@ sensors = [{sensors}]
 """
 
 
+@blank_sheets()
 def test_a_table_of_modes_is_enough(tmp_path: Path) -> None:
     """Three springs off, the fourth at 0.7 afterwards; frequencies to a thousandth, no damping, one shape not known."""
     truth = chain(np.array([0.9, 1.1, 1.0, 1.1, 0.95]))

@@ -10,6 +10,9 @@ import fe_models as fe
 import hybrid
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal_report import VALUES_OFF
+from hybrid.diagnosis.modes_and_motion.look import look_at
+from hybrid.diagnosis.modes_and_motion.notes import notes_on_modes
+from hybrid.diagnosis.modes_and_motion.unmatched_modes import UnmatchedModes, unmatched_modes
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.notebook.report import Report
 from tests.test_modal_evidence import SENSORS as SENSORS_OF_CHAIN
@@ -70,7 +73,11 @@ def _listed(frequency: float, shape: FloatArray | None = None) -> fe.ModeEstimat
 
 def answer(drawn: fe.Structure, modes: list[fe.ModeEstimate]) -> Report:
     """Return what is said of a table."""
-    return hybrid.diagnose(fe.Dataset(drawn, np.inf, SENSORS, (), modes=tuple(modes)))
+    return hybrid.diagnose(_dataset(drawn, modes))
+
+
+def _dataset(drawn: fe.Structure, modes: list[fe.ModeEstimate]) -> fe.Dataset:
+    return fe.Dataset(drawn, np.inf, SENSORS, (), modes=tuple(modes))
 
 
 def wrong_digit(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
@@ -107,22 +114,49 @@ def test_what_frequencies_do_not_tell_is_not_called_right() -> None:
 
 
 def test_shapes_of_two_modes_that_were_exchanged_are_noticed(frame: fe.Structure) -> None:
-    modes = table(frame)
-    modes[1], modes[2] = replace(modes[1], shape=modes[2].shape), replace(modes[2], shape=modes[1].shape)
-    found = answer(frame, modes)
-    assert found.verdict is Verdict.UNEXPLAINED
-    assert not found.findings
-    (note,) = [note for note in found.diagnosis.notes if "exchanged" in note]
+    (own,), notes = unmatched(frame, exchanged(table(frame)))
+    assert len(own.exchanged) == 2
+    assert not own.combinations + own.others
+    (note,) = notes
     assert "at 6.27" in note
     assert "26.9" in note
+    assert "exchanged" in note
+
+
+@pytest.mark.slow
+def test_a_table_with_exchanged_shapes_says_nothing_of_the_structure(frame: fe.Structure) -> None:
+    found = answer(frame, exchanged(table(frame)))
+    assert found.verdict is Verdict.UNEXPLAINED
+    assert not found.findings
 
 
 def test_lines_at_sums_of_frequencies_are_no_modes(frame: fe.Structure) -> None:
     """Twice the first, the sum and the difference of the first two, as swaying columns make them move up and down."""
-    modes = table(frame)[:2]
-    first, second = (own.frequency for own in modes)
-    lines = [_listed(f, np.array([0.1, 0.2, -0.5, 1.0, 1.0])) for f in (2 * first, first + second, second - first)]
-    found = answer(frame, [*modes, *lines])
-    assert found.verdict is Verdict.NOTHING_WRONG  # though most of the table is of no mode
-    (note,) = [note for note in found.diagnosis.notes if "no modes" in note]
-    assert all(f"{line.frequency:.4g}" in note for line in lines)
+    (own,), (note,) = unmatched(frame, with_sums(table(frame)))
+    assert own.combinations == (2, 3, 4)
+    assert not own.exchanged + own.others
+    assert "no modes" in note
+
+
+@pytest.mark.slow
+def test_a_table_of_few_modes_and_many_sums_says_nothing_against_the_structure(frame: fe.Structure) -> None:
+    assert answer(frame, with_sums(table(frame))).verdict is Verdict.NOTHING_WRONG
+
+
+def exchanged(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
+    """Give the second mode the third's shape, and the reverse."""
+    return [modes[0], replace(modes[1], shape=modes[2].shape), replace(modes[2], shape=modes[1].shape), *modes[3:]]
+
+
+def with_sums(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
+    """Return the first two modes, and lines at sums of their frequencies."""
+    first, second = (own.frequency for own in modes[:2])
+    up_and_down = np.array([0.1, 0.2, -0.5, 1.0, 1.0])
+    return [*modes[:2], *(_listed(line, up_and_down) for line in (2 * first, first + second, second - first))]
+
+
+def unmatched(drawn: fe.Structure, modes: list[fe.ModeEstimate]) -> tuple[tuple[UnmatchedModes, ...], tuple[str, ...]]:
+    """Return the modes of a table that the drawn structure does not have, and what is said of them."""
+    look = look_at(_dataset(drawn, modes), lambda stage: None)
+    found = unmatched_modes(look.measured, look.drawn)
+    return found, notes_on_modes(look.measured, look.drawn, found)

@@ -37,17 +37,19 @@ def _end(data: FloatArray, rate: float) -> float | None:
             _quiet(frequency, power, band[0] * cutoff, band[1] * cutoff)
             for band in (UNSTATED_LOWPASS.band_far_beyond, POWER_BEYOND.band_within)
         )
+        if far is None or edge is None or not np.all(far < UNSTATED_LOWPASS.max_power_ratio_beyond * edge):
+            continue
         before = _quiet(
             frequency, power, frequency[UNSTATED_LOWPASS.first_line - 1], POWER_BEYOND.band_within[0] * cutoff
         )
-        if far is None or before is None or edge is None:
+        if before is None:
             continue
         level = (
             (edge > before / UNSTATED_LOWPASS.max_level_ratio)
             & (edge < UNSTATED_LOWPASS.max_level_ratio * before)
             & (edge * rate / 2 > UNSTATED_LOWPASS.min_noise_share)
         )
-        if np.all(level & (far < UNSTATED_LOWPASS.max_power_ratio_beyond * edge)) and _lasts(data, rate, cutoff):
+        if np.all(level) and _lasts(data, rate, cutoff):
             above = np.flatnonzero(np.median(power / edge, axis=1) > UNSTATED_LOWPASS.power_share_at_cutoff)
             return float(frequency[above[-1]])
     return None
@@ -55,12 +57,10 @@ def _end(data: FloatArray, rate: float) -> float | None:
 
 def _quiet(frequency: FloatArray, power: FloatArray, lower: float, upper: float) -> FloatArray | None:
     """Return the power (sensor,) of what lies between the lines of motions in a band, None of too few lines."""
-    inside = (frequency > lower) & (frequency < upper)
-    return (
-        np.quantile(power[inside], POWER_BEYOND.quiet_quantile, axis=0)
-        if inside.sum() >= UNSTATED_LOWPASS.min_lines
-        else None
-    )
+    inside = slice(np.searchsorted(frequency, lower, "right"), np.searchsorted(frequency, upper, "left"))
+    if inside.stop - inside.start < UNSTATED_LOWPASS.min_lines:
+        return None
+    return np.asarray(np.quantile(power[inside], POWER_BEYOND.quiet_quantile, axis=0))
 
 
 def _lasts(data: FloatArray, rate: float, cutoff: float) -> bool:
