@@ -2,6 +2,7 @@
 
 Begun with nothing wrong and with an unknown change in some recordings. In each round every cause that is not yet in a
 claim is scanned beside the best claims (`scan`), the most promising are fitted, and the best go on to the next round.
+Where nominal values are far off, the first round does so in the structure as drawn, too: one cause may be all of it.
 No further cause is sought where a claim leaves no more than models that are right do. Each time others are sought in
 the place of the best claim's last cause, and at last next to each of several; causes without which it is better are
 taken out.
