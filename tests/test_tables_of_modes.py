@@ -85,6 +85,25 @@ def wrong_digit(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
     return [modes[0], replace(modes[1], frequency=modes[1].frequency - 1.0), *modes[2:]]
 
 
+def exchanged(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
+    """Give the second mode the third's shape, and the reverse."""
+    return [modes[0], replace(modes[1], shape=modes[2].shape), replace(modes[2], shape=modes[1].shape), *modes[3:]]
+
+
+def with_sums(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
+    """Return the first two modes, and lines at sums of their frequencies."""
+    first, second = (own.frequency for own in modes[:2])
+    up_and_down = np.array([0.1, 0.2, -0.5, 1.0, 1.0])
+    return [*modes[:2], *(_listed(line, up_and_down) for line in (2 * first, first + second, second - first))]
+
+
+def unmatched(drawn: fe.Structure, modes: list[fe.ModeEstimate]) -> tuple[tuple[UnmatchedModes, ...], tuple[str, ...]]:
+    """Return the modes of a table that the drawn structure does not have, and what is said of them."""
+    look = look_at(_dataset(drawn, modes), lambda stage: None)
+    found = unmatched_modes(look.measured, look.drawn)
+    return found, notes_on_modes(look.measured, look.drawn, found)
+
+
 @pytest.mark.parametrize("shapes", [False, pytest.param(True, marks=pytest.mark.slow)])
 def test_one_wrong_digit_is_no_cause(frame: fe.Structure, shapes: bool) -> None:
     """All other modes say that it is; of frequencies alone two elements could be found that explain it as well."""
@@ -141,22 +160,3 @@ def test_lines_at_sums_of_frequencies_are_no_modes(frame: fe.Structure) -> None:
 @pytest.mark.slow
 def test_a_table_of_few_modes_and_many_sums_says_nothing_against_the_structure(frame: fe.Structure) -> None:
     assert answer(frame, with_sums(table(frame))).verdict is Verdict.NOTHING_WRONG
-
-
-def exchanged(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
-    """Give the second mode the third's shape, and the reverse."""
-    return [modes[0], replace(modes[1], shape=modes[2].shape), replace(modes[2], shape=modes[1].shape), *modes[3:]]
-
-
-def with_sums(modes: list[fe.ModeEstimate]) -> list[fe.ModeEstimate]:
-    """Return the first two modes, and lines at sums of their frequencies."""
-    first, second = (own.frequency for own in modes[:2])
-    up_and_down = np.array([0.1, 0.2, -0.5, 1.0, 1.0])
-    return [*modes[:2], *(_listed(line, up_and_down) for line in (2 * first, first + second, second - first))]
-
-
-def unmatched(drawn: fe.Structure, modes: list[fe.ModeEstimate]) -> tuple[tuple[UnmatchedModes, ...], tuple[str, ...]]:
-    """Return the modes of a table that the drawn structure does not have, and what is said of them."""
-    look = look_at(_dataset(drawn, modes), lambda stage: None)
-    found = unmatched_modes(look.measured, look.drawn)
-    return found, notes_on_modes(look.measured, look.drawn, found)

@@ -45,7 +45,8 @@ def whole(dataset: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return out
 
 
-LONG = (*TINY, "--epochs", "12")
+EPOCHS = 12
+LONG = (*TINY, "--epochs", str(EPOCHS))
 
 
 def train(*arguments: str | Path) -> Result:
@@ -86,13 +87,13 @@ def test_after_kill_9_the_same_command_ends_with_the_same_scores(dataset: Path, 
     assert status == -signal.SIGKILL
     assert not (tmp_path / "metrics.json").exists()
     done = len(load_checkpoint(tmp_path / PARTIAL_CHECKPOINT).history)
-    assert 1 <= done < 12
+    assert 1 <= done < EPOCHS
     with blank_sheets():
         result = train(dataset, "--out", tmp_path, *LONG)
     assert result.exit_code == 0, result.output
     assert f"Going on with the training interrupted after epoch {done}" in result.output
     assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]
-    assert metrics_of(tmp_path)["training"]["epochs"] == 12
+    assert metrics_of(tmp_path)["training"]["epochs"] == EPOCHS
     assert not (tmp_path / PARTIAL_CHECKPOINT).exists()
 
 
@@ -103,7 +104,7 @@ def test_killed_again_and_again_it_ends_with_the_same_weights(dataset: Path, who
     for how in (signal.SIGKILL, signal.SIGTERM, signal.SIGINT, signal.SIGKILL):
         interrupted(dataset, tmp_path, how, *LONG)
         done.append(len(load_checkpoint(tmp_path / PARTIAL_CHECKPOINT).history))
-    assert all(before < after < 12 for before, after in pairwise(done))
+    assert all(before < after < EPOCHS for before, after in pairwise(done))
     (tmp_path / f".training-999999999-{MACHINE}abcd.pt").write_bytes(b"half")
     assert train(dataset, "--out", tmp_path, *LONG).exit_code == 0
     assert metrics_of(tmp_path)["scores"] == metrics_of(whole)["scores"]

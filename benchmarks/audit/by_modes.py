@@ -60,10 +60,9 @@ class _Density:
     def _constant(self) -> float:
         """What does not depend on theta."""
         volume = float(np.log(np.diag(self._lower)).sum())
-        alone = log_density_of_unpaired(self.measured, self.item.pairs) + log_prior_in(
-            self.item.inflation, self.measured
-        )
-        return self._rows.log_constant - volume + self.item.sizes.log_prior + alone
+        alone = log_density_of_unpaired(self.measured, self.item.pairs)
+        inflated = log_prior_in(self.item.inflation, self.measured)
+        return self._rows.log_constant - volume + self.item.sizes.log_prior + alone + inflated
 
     @cached_property
     def prior(self) -> tuple[FloatArray, FloatArray]:

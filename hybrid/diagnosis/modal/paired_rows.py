@@ -109,18 +109,20 @@ def _by_value(inflation: Inflation, pairs: Pairs, free: BoolArray) -> FloatArray
 
 def log_density_of_unpaired(measured: ModalData, pairs: Pairs) -> float:
     """Return the log density of the measured modes that no mode of the structure is, and the prior of all."""
-    quantity = quantities_of(len(measured.sensors) - 1)  # the entry of reference is not free
     known = set(pairs.places)
-    total = len(known) * float(np.log1p(-UNPAIRED.probability))
-    for recording, own in enumerate(measured.recordings):
-        for mode in range(own.count):
-            if (recording, mode) in known:
-                continue
-            widths = unpaired_widths(quantity)
-            if not own.has_shape[mode]:
-                widths[SHAPE] = LISTED.any_shape  # as of a pair
-            total += float(np.log(UNPAIRED.probability) - np.sum(np.log(widths)))
-            total -= 0.5 * len(widths) * float(np.log(2 * np.pi * np.e))
+    have_shapes = [
+        bool(own.has_shape[mode])
+        for recording, own in enumerate(measured.recordings)
+        for mode in range(own.count)
+        if (recording, mode) not in known
+    ]
+    widths = unpaired_widths(quantities_of(len(measured.sensors) - 1))  # the entry of reference is not free
+    without_shape = widths.copy()
+    without_shape[SHAPE] = LISTED.any_shape  # as of a pair
+    total = len(pairs) * float(np.log1p(-UNPAIRED.probability))
+    for has_shape, own in ((True, widths), (False, without_shape)):
+        each = -float(np.sum(np.log(own))) - 0.5 * len(own) * float(np.log(2 * np.pi * np.e))
+        total += have_shapes.count(has_shape) * (each + float(np.log(UNPAIRED.probability)))
     return total
 
 
