@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.stats import chi2
 
+from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
 from hybrid.diagnosis.contest.discrepancy import in_units_of
@@ -311,6 +313,12 @@ def forecasts_well(item: Fit, noise_model: NoiseModel, limits: tuple[float, floa
     """Return whether a fit forecasts the recordings that it was fitted to, each from its first fifth, as well as noise
     lets it: their NRMSE over the noise floor, mean and largest, within ``limits``.
     """
-    found = forecast(model_of(item, noise_model), item.batches, noise_model.roles)
-    over = found.nrmse.mean(axis=1) / found.floor.mean(axis=1)  # (recording,)
+    over = _over_floor(item, noise_model)
     return bool(over.mean() <= limits[0] and over.max() <= limits[1])
+
+
+@lru_cache(maxsize=2)  # stage after stage asks it of the same best fit, and geometry makes it take a second
+def _over_floor(item: Fit, noise_model: NoiseModel) -> FloatArray:
+    """Return the NRMSE of forecasts over the noise floor (recording,)."""
+    found = forecast(model_of(item, noise_model), item.batches, noise_model.roles)
+    return np.asarray(found.nrmse.mean(axis=1) / found.floor.mean(axis=1))

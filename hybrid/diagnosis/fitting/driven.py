@@ -57,10 +57,12 @@ def _at_samples(
     if not system.is_linear:
         marched = march(system, states[None], samples, loads)
         return None if marched is None else (marched.watched[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1))
-    now, turn = np.empty((samples, *states.shape)), expm(system.A[0] * system.step).T
+    now, turn, known = np.empty((samples, *states.shape)), expm(system.A[0] * system.step).T, 1
     now[0] = states
-    for k in range(samples - 1):
-        now[k + 1] = now[k] @ turn
+    while known < samples:  # as many again, each by as many steps
+        more = now[known : 2 * known]
+        np.matmul(now[: len(more)], turn, out=more)
+        turn, known = turn @ turn, 2 * known
     return now if loads is None else now + loaded_states(system, loads), np.zeros((*now.shape[:2], 0))
 
 

@@ -28,17 +28,25 @@ class Geometry:
 
     def at(self, coordinates: FloatArray) -> FloatArray:
         """Return the modal forces (..., mode) at modal ``coordinates`` (..., mode)."""
-        return np.asarray(products(coordinates / self.size, self.powers) @ self.forces)
+        return self._sum(coordinates, self.forces)
 
     def bent_at(self, coordinates: FloatArray, rows: FloatArray) -> FloatArray:
         """Return what ``rows`` (sensor, dof) show of what gives way (..., sensor) at modal ``coordinates``."""
-        return np.asarray(products(coordinates / self.size, self.powers) @ (self.bends @ rows.T))
+        return self._sum(coordinates, self.bends @ rows.T)
+
+    def _sum(self, coordinates: FloatArray, weights: FloatArray) -> FloatArray:
+        """Return the sums (..., entry) of all products at ``coordinates`` (..., mode) times their ``weights`` (product,
+        entry).
+        """
+        scaled = (coordinates / self.size).reshape(-1, len(self.size))
+        return np.asarray(products(scaled, self.powers) @ weights).reshape(*coordinates.shape[:-1], weights.shape[1])
 
 
 def products(scaled: FloatArray, powers: IntArray) -> FloatArray:
-    """Return the products (..., product) of ``scaled`` coordinates (..., mode) with ``powers`` (product, mode)."""
-    found = np.ones((*scaled.shape[:-1], len(powers)))
-    for mode in range(scaled.shape[-1]):
-        for degree in range(1, int(powers.max()) + 1):
-            found[..., powers[:, mode] == degree] *= scaled[..., mode, None] ** degree
-    return found
+    """Return the products (point, product) of ``scaled`` coordinates (point, mode) with ``powers`` (product, mode)."""
+    rows = np.ascontiguousarray(scaled.T)  # one coordinate of all points after the other
+    found = np.ones((len(powers), len(scaled)))
+    for product, degrees in zip(found, powers, strict=True):
+        for mode in np.repeat(np.arange(len(degrees)), degrees):
+            product *= rows[mode]
+    return found.T

@@ -99,6 +99,8 @@ class Loads:
         """Return what acts at other ``places``, (order, segment, time, place), if each is recorded with a ``gain`` and
         a ``delay`` (s): (place,), of these.
         """
+        if places == self.places and not delay.any() and (gain == 1).all():
+            return self.courses  # as they are
         own = [places.index(place) for place in self.places]
         found = np.zeros((ORDERS, len(self.rows), self.samples, len(places)))
         for late in np.unique(delay[own]):

@@ -232,9 +232,11 @@ class NominalModel:
 
     def rows(self, sensors: tuple[Sensor, ...]) -> FloatArray:
         """Return what each sensor picks of the degrees of freedom, (sensor, dof)."""
-        if self.coordinates is not None:
-            return self.coordinates.seen(sensors)
-        return seen(self.dofs, sensors)
+        if sensors not in self._rows:
+            self._rows[sensors] = (
+                seen(self.dofs, sensors) if self.coordinates is None else self.coordinates.seen(sensors)
+            )
+        return self._rows[sensors]
 
     def static(self, forces: FloatArray) -> FloatArray:
         """Return the displacements (dof, load) under ``forces`` (dof, load), supports holding."""
@@ -262,6 +264,11 @@ class NominalModel:
     @cached_property
     def bent_by(self) -> dict[object, FloatArray]:
         """How candidates bend the structure statically, (dof, load) by candidate, once that was asked for."""
+        return {}
+
+    @cached_property
+    def _rows(self) -> dict[tuple[Sensor, ...], FloatArray]:
+        """What sensors pick, once that was asked for."""
         return {}
 
     @cached_property

@@ -7,7 +7,7 @@ from fe_models.recordings import Sensor
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)  # two are never equal, so that what was made with one can be looked up by it
 class NoiseModel:
     """The fitted ``sensors``, their ``rate`` (Hz), and ``sigma`` (sensor,) of the noise.
 

@@ -15,7 +15,7 @@ def more_damping(
     ``modes``: those of a system whose mass and damping are M and C (variant, vector, vector).
     """
     omega, phi = modes.omega, modes.shapes
-    own = np.einsum("pdi,pde,pei->pi", phi, C, phi, optimize=True)  # 2 xi omega
+    own = np.sum(phi * (C @ phi), axis=1)  # 2 xi omega
     return _of_modes(M, phi, own * (_factors(nominal, factor, omega) - 1))
 
 

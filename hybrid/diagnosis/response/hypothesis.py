@@ -21,11 +21,35 @@ from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.config import HYPOTHESIS
 from hybrid.diagnosis.response.damping import assumed_damping, more_damping
 from hybrid.diagnosis.response.dashpots import trailing_of
-from hybrid.diagnosis.response.dispersion import dispersed
+from hybrid.diagnosis.response.dispersion import dispersed, dispersed_squares
 from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.reduction import Basis, basis_of
 from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_modes_of
+
+
+@dataclass(frozen=True)
+class _Drawn:
+    """``mass``, ``damping`` and ``stiffness`` (variant, vector, vector) without the causes that turn the modes; one
+    variant where all have the same.
+    """
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+
+
+@dataclass(frozen=True)
+class _Built:
+    """``mass``, ``damping``, ``stiffness``, and what ``dashpots`` damp (variant, vector, vector) in the basis of a
+    hypothesis; ``drawn``: None where no cause turns the modes.
+    """
+
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    dashpots: FloatArray
+    drawn: _Drawn | None
 
 
 @dataclass(frozen=True)
@@ -206,12 +230,12 @@ class Hypothesis:
     def _drawn_mass(self, factor: FloatArray) -> FloatArray:
         """Return M (variant, shape, shape) with the parts' mass a ``factor`` (variant, part) times as large."""
         basis, of_mass = self.basis, self._of_mass
-        return basis.mass + np.einsum("pe,eij->pij", factor[:, of_mass] - 1, basis.parts[of_mass])
+        return basis.mass + np.tensordot(factor[:, of_mass] - 1, basis.parts[of_mass], axes=1)
 
-    def _carried(self, theta: FloatArray, factor: FloatArray) -> FloatArray:
+    def _carried(self, theta: FloatArray) -> FloatArray:
         """Return the mass that a moving base carries along, (variant, shape, load): shapes^T M r."""
         basis, of_mass = self.basis, self._of_mass
-        more = factor[:, : len(of_mass)][:, of_mass] - 1
+        more = np.exp(theta[:, : len(of_mass)][:, of_mass]) - 1
         carried = basis.carried + np.einsum("pe,eil->pil", more, basis.carried_parts[of_mass])
         every = zip(self.candidates, self.slices, basis.carried_changes, strict=True)
         for candidate, part, change in every:
@@ -224,19 +248,55 @@ class Hypothesis:
         """Which of the nominal model's parts (part,) are masses; the others are stiffnesses."""
         return np.array([part.quantity == "mass" for part in self.nominal.parts], dtype=bool)
 
+    def natural_modes(self, theta: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the squared natural frequencies (variant, mode), (rad/s)^2, and the mass-normalised shapes (variant,
+        dof, mode) of the modes that are followed at ``theta`` (variant, parameter), as the system has them.
+        """
+        built, nominal = self._built(theta), self.nominal
+        modes = eigenmodes(built.mass, built.stiffness)
+        omega2, shapes = modes.omega2[:, : self.size], modes.shapes[..., : self.size]
+        if nominal.disperses:
+            omega2 = dispersed_squares(omega2, theta[:, nominal.dispersion], nominal.rate)
+        return omega2, self.basis.shapes @ shapes
+
     def reduced(self, theta: FloatArray, first_order: bool = False) -> ReducedModel:
         """Return M, C, K and the shapes of ``theta`` (variant, parameter); ``first_order``: see `eigenmodes`."""
+        nominal, basis, built = self.nominal, self.basis, self._built(theta)
+        M, C, K, dashpots = built.mass, built.damping, built.stiffness, built.dashpots
+        own = np.exp(theta[:, len(nominal.parts) : nominal.factors])  # factors of damping ratios
+        modes, before = eigenmodes(M, K, first_order), built.drawn
+        drawn = modes if before is None else eigenmodes(before.mass, before.stiffness, first_order)
+        more = more_damping(nominal, drawn, *((M, C) if before is None else (before.mass, before.damping)), own)
+        if nominal.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
+            turned = 0.5 * (1 + theta[:, nominal.values, None, None])
+            more = (1 - turned) * more + turned * more_damping(nominal, modes, M, C, own)
+        carried = self._carried(theta)
+        shapes, trailing = np.broadcast_to(basis.shapes, (len(theta), *basis.shapes.shape)), None
+        if self.size < M.shape[1]:
+            T = aligned_modes(modes, self.size)
+            if nominal.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
+                trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
+            M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
+            shapes, carried = basis.shapes @ T, T.transpose(0, 2, 1) @ carried
+        C = C + more
+        C = C + assumed_damping(nominal, M, C, K, own, self._replaced(theta), first_order) + dashpots
+        if nominal.disperses:
+            K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
+        return ReducedModel(M, C, K, shapes, carried, trailing)
+
+    def _built(self, theta: FloatArray) -> "_Built":
+        """Return the matrices of ``theta`` (variant, parameter), but for the damping of modes."""
         nominal, basis = self.nominal, self.basis
-        parts, variants = len(nominal.parts), len(theta)
-        factor, of_mass = np.exp(theta[:, : nominal.factors]), self._of_mass
-        M, carried = self._drawn_mass(factor[:, :parts]), self._carried(theta, factor)
-        C, K = (np.repeat(matrix[None], variants, axis=0) for matrix in (basis.damping, basis.stiffness))
-        K += np.einsum("pe,eij->pij", factor[:, :parts][:, ~of_mass] - 1, basis.parts[~of_mass])
-        K += np.einsum("pe,eij->pij", theta[:, nominal.factors : nominal.values], basis.scattered)
+        parts, of_mass = len(nominal.parts), self._of_mass
+        factor = np.exp(theta[:, :parts])
+        M = self._drawn_mass(factor)
+        C, K = (np.repeat(matrix[None], len(theta), axis=0) for matrix in (basis.damping, basis.stiffness))
+        K += np.tensordot(factor[:, ~of_mass] - 1, basis.parts[~of_mass], axes=1)
+        K += np.tensordot(theta[:, nominal.factors : nominal.values], basis.scattered, axes=1)
         rayleigh = nominal.structure.damping
         C += rayleigh.mass_factor * (M - basis.mass) + rayleigh.stiffness_factor * (K - basis.stiffness)
-        before, altered = (M, C, K), False  # without the causes that turn the modes
-        dashpots = np.zeros_like(C)
+        before, altered, dashpots = (M, C, K), False, np.zeros_like(C)
+        alike = bool((theta == theta[0])[:, : self.nuisances].all())
         for candidate, change, part in self._matrix_candidates:
             amount = candidate.amount(theta[:, part.start])
             if isinstance(candidate, ChangeCandidate) and candidate.part is not None:
@@ -247,27 +307,11 @@ class Hypothesis:
                 continue
             M, C, K = M + dM, C + dC, K + dK  # the structure's own damping there
             if isinstance(candidate, SupportCandidate):  # without it there are other modes
-                before = before[0] + dM, before[1] + dC, before[2] + dK
+                before, alike = (before[0] + dM, before[1] + dC, before[2] + dK), False
             else:
                 altered = True
-        modes = eigenmodes(M, K, first_order)
-        drawn = eigenmodes(before[0], before[2], first_order) if altered else modes
-        more = more_damping(nominal, drawn, *before[:2], factor[:, parts:])
-        if nominal.turns and any(isinstance(candidate, ChangeCandidate) for candidate in self.candidates):
-            turned = 0.5 * (1 + theta[:, nominal.values, None, None])
-            more = (1 - turned) * more + turned * more_damping(nominal, modes, M, C, factor[:, parts:])
-        shapes, trailing = np.broadcast_to(basis.shapes, (variants, *basis.shapes.shape)), None
-        if self.size < M.shape[1]:
-            T = aligned_modes(modes, self.size)
-            if nominal.has_dashpots or any(isinstance(c, DashpotCandidate) for c in self.candidates):
-                trailing = trailing_of(modes, T, C + more + dashpots, basis.shapes)
-            M, C, K, more, dashpots = (T.transpose(0, 2, 1) @ matrix @ T for matrix in (M, C, K, more, dashpots))
-            shapes, carried = basis.shapes @ T, T.transpose(0, 2, 1) @ carried
-        C = C + more
-        C = C + assumed_damping(nominal, M, C, K, factor[:, parts:], self._replaced(theta), first_order) + dashpots
-        if nominal.disperses:
-            K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
-        return ReducedModel(M, C, K, shapes, carried, trailing)
+        one = slice(1) if alike else slice(None)
+        return _Built(M, C, K, dashpots, _Drawn(*(matrix[one] for matrix in before)) if altered else None)
 
     @cached_property
     def residual(self) -> ResidualModes | None:

@@ -58,8 +58,8 @@ def basis_of(nominal: NominalModel, candidates: tuple[Candidate, ...]) -> Basis:
     rigid = nominal.rigid_motions
     carried = shapes.T @ (nominal.mass @ rigid)
     of_parts = np.zeros((len(nominal.part_changes), *carried.shape))
-    for own, part in zip(of_parts, nominal.part_changes, strict=True):
-        own[:] = shapes.T @ (part @ rigid)
+    if rigid.any():
+        of_parts[:] = [shapes.T @ (part @ rigid) for part in nominal.part_changes]
     of_candidates = tuple(
         shapes.T @ (c.changes[0] @ rigid) if isinstance(c, MatrixCandidate) else None for c in candidates
     )
@@ -117,10 +117,11 @@ def spread_forces(nominal: NominalModel, change: csr_array, amount: float) -> Fl
 def _appended(shapes: FloatArray, shape: FloatArray, nominal: NominalModel) -> FloatArray:
     """Return ``shapes`` (dof, vector) with one more, made orthogonal to them and normalised by mass."""
     length = float(np.sqrt(shape @ (nominal.mass @ shape)))
-    rest = shape
+    rest, own, M = shape, nominal.basis.shape[1], nominal.projected[0]
     for _ in range(2):  # once leaves rounding errors of what was taken away
-        weighted = nominal.mass @ shapes
-        rest = rest - shapes @ np.linalg.solve(shapes.T @ weighted, weighted.T @ rest)
+        along = shapes.T @ (nominal.mass @ rest)
+        along[:own] = np.linalg.solve(M, along[:own])  # those that came after have a mass of one, each for itself
+        rest = rest - shapes @ along
     left = float(np.sqrt(max(rest @ (nominal.mass @ rest), 0.0)))
     if length == 0 or left <= REDUCTION.min_new_length_share * length:
         return shapes

@@ -211,9 +211,7 @@ def observability(system: System, samples: int) -> FloatArray:
     """Return what the sensors show of each initial state without force laws, (variant, time, sensor, state)."""
     form = modal_form(system)
     if form is not None:
-        c = form.right.transpose(0, 2, 1)[..., None] * form.left[:, :, None]  # (variant, m, sensor, state)
-        c = c.reshape(*c.shape[:2], -1)
-        rows = form.oscillations(samples, system.step) @ np.concatenate([c.real, c.imag], axis=1)
+        rows = form.oscillations(samples, system.step) @ _shown_of_states(form)
         return rows.reshape(len(rows), samples, *system.C.shape[1:])
     C = system.C * system.gain[..., None]
     if system.delay.any():
@@ -221,6 +219,28 @@ def observability(system: System, samples: int) -> FloatArray:
         C = np.einsum("psn,psnm->psm", C, back)
     transition = expm(system.A * system.step)
     return observability_by_doubling(C[:, None], transition[:, None], samples, np.concatenate)
+
+
+def framed_observability(system: System, samples: int) -> tuple[FloatArray, FloatArray]:
+    """Return the `observability` as parts along an orthonormal frame of functions of time: (variant, time, coordinate),
+    and (variant, coordinate, sensor, state). These are far fewer than samples, but where eigenvectors fall together.
+    """
+    form = modal_form(system)
+    if form is None:
+        frame = np.broadcast_to(np.eye(samples), (len(system.A), samples, samples))
+        return frame, observability(system, samples)
+    frame, inside = np.linalg.qr(form.oscillations(samples, system.step))
+    rows = inside @ _shown_of_states(form)
+    return frame, rows.reshape(*rows.shape[:2], *system.C.shape[1:])
+
+
+def _shown_of_states(form: ModalForm) -> FloatArray:
+    """Return how much of each of a form's `oscillations` sensors show of initial states (variant, 2 m, sensor x
+    state).
+    """
+    c = form.right.transpose(0, 2, 1)[..., None] * form.left[:, :, None]  # (variant, m, sensor, state)
+    c = c.reshape(*c.shape[:2], -1)
+    return np.concatenate([c.real, c.imag], axis=1)
 
 
 def drift(system: System, samples: int) -> FloatArray:

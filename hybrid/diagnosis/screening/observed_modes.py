@@ -28,7 +28,7 @@ class PickedModes:
 
     def like(self, mass_shapes: FloatArray) -> "PickedModes":
         """Return the modes in the order, and with the signs, of others, given as M Phi (dof, mode)."""
-        alike = np.einsum("dm,vdn->vmn", mass_shapes, self.shapes)
+        alike = mass_shapes.T @ self.shapes
         order = np.stack([linear_sum_assignment(-np.abs(part))[1] for part in alike])
         sign = np.sign(np.take_along_axis(alike, order[:, :, None], axis=2)[..., 0])
 
@@ -63,9 +63,8 @@ def picked_modes(
     hypothesis: Hypothesis, thetas: FloatArray, noise_model: NoiseModel, count: int | None = None
 ) -> PickedModes:
     """Return the first ``count`` modes of ``thetas`` (variant, parameter), or all that are followed."""
-    reduced = hypothesis.reduced(thetas)
-    modes = eigenmodes(reduced.mass, reduced.stiffness)
-    return _picked(hypothesis, modes.omega2[:, :count], (reduced.shapes @ modes.shapes)[..., :count], noise_model)
+    omega2, shapes = hypothesis.natural_modes(thetas)
+    return _picked(hypothesis, omega2[:, :count], shapes[..., :count], noise_model)
 
 
 def observed_modes(item: Fit, noise_model: NoiseModel) -> ObservedModes:

@@ -20,7 +20,7 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.reduction import basis_of
 from hybrid.diagnosis.response.state_space import system_of
-from hybrid.diagnosis.response.system import drift, observability
+from hybrid.diagnosis.response.system import drift, framed_observability
 from hybrid.diagnosis.screening.config import SCAN
 from hybrid.diagnosis.screening.screening import Screened
 
@@ -128,18 +128,14 @@ def _left(hypothesis: Hypothesis, thetas: FloatArray, fit: Fit, noise_model: Noi
     system = system_of(hypothesis, thetas, noise_model.outputs)
     total = np.zeros(len(thetas))
     for batch in fit.batches:
-        loud = np.exp(
-            np.log(batch.sigma(noise_model) / noise_model.sigma).mean(axis=(1, 2))
-        )  # (recording,): one basis serves
-        weight = np.tile(1 / noise_model.sigma, batch.samples)
-        rows = observability(system, batch.samples)
-        rows = rows.reshape(len(thetas), -1, rows.shape[-1]) * weight[:, None]
+        loud = np.exp(np.log(batch.sigma(noise_model) / noise_model.sigma).mean(axis=2))  # (recording, 1): one serves
+        frame, rows = framed_observability(system, batch.samples)
+        rows = (rows / noise_model.sigma[:, None]).reshape(len(thetas), -1, rows.shape[-1])
         usable = np.abs(rows).max(axis=(1, 2)) < LINEARISATION.max_channel_sigma
         basis, _ = orthonormal(np.where(usable[:, None, None], rows, 0.0))
-        lines = drift(system, batch.samples).reshape(len(thetas), -1) * weight
-        data = batch.data - given(system, batch)  # (variant, recording, time, sensor)
-        wanted = (data.reshape(len(thetas), len(batch.data), -1) * weight - lines[:, None]) / loud[:, None]
-        inside = wanted @ basis
-        left = np.sum(wanted**2, axis=(1, 2)) - np.sum(inside**2, axis=(1, 2))
+        wanted = batch.data - given(system, batch) - drift(system, batch.samples)[:, None]
+        wanted = wanted / (noise_model.sigma * loud[..., None])  # (variant, recording, time, sensor)
+        inside = (frame[:, None].swapaxes(2, 3) @ wanted).reshape(*wanted.shape[:2], -1) @ basis
+        left = np.sum(wanted**2, axis=(1, 2, 3)) - np.sum(inside**2, axis=(1, 2))
         total += np.where(usable, left, np.inf)
     return total
