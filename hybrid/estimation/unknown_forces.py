@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.compiled import compiled
+from hybrid.compiled import compiled, put_matrix, put_vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,10 +88,13 @@ def _filter(
     errors, inverses = np.zeros((samples, sensors)), np.zeros((samples, sensors, sensors))
     gains = np.zeros((samples, size, sensors))
     x, P, total = mean.copy(), covariance.copy(), 0.0
-    at_once = (D * force) @ D.T + np.diag(noise)
+    at_once = (D * force) @ D.T
+    for i in range(sensors):
+        at_once[i, i] += noise[i]
     for time in range(samples):
         step, show = time if steps else 0, time if shows else 0
-        means[time], covariances[time] = x, P
+        put_vector(x, means[time])
+        put_matrix(P, covariances[time])
         PC = P @ C[show].T
         S = C[show] @ PC + at_once
         lower = np.linalg.cholesky(S)
@@ -101,7 +104,9 @@ def _filter(
         total -= 0.5 * error @ (inverse @ error) + 0.5 * sensors * np.log(2 * np.pi)
         for i in range(sensors):
             total -= np.log(lower[i, i])
-        errors[time], inverses[time], gains[time] = error, inverse, gain
+        put_vector(error, errors[time])
+        put_matrix(inverse, inverses[time])
+        put_matrix(gain, gains[time])
         x = A[step] @ x + gain @ error + d[step]
         P = A[step] @ P @ A[step].T + (B[step] * force) @ B[step].T - gain @ S @ gain.T
         P = 0.5 * (P + P.T)
@@ -130,12 +135,14 @@ def _smooth(
     spread, power = np.zeros((samples, both, both)), np.zeros(sensors)
     r, N = np.zeros(size), np.zeros((size, size))
     seen, ahead, P = np.zeros((sensors, both)), np.zeros((size, both)), np.zeros((both, both))
-    seen[:, size:] = D
+    put_matrix(D, seen[:, size:])
     for i in range(forces):
         P[size + i, size + i] = force[i]
     for time in range(samples - 1, -1, -1):
         step, show = time if steps else 0, time if shows else 0
-        seen[:, :size], ahead[:, :size], ahead[:, size:] = C[show], A[step], B[step]
+        put_matrix(C[show], seen[:, :size])
+        put_matrix(A[step], ahead[:, :size])
+        put_matrix(B[step], ahead[:, size:])
         L = ahead - gains[time] @ seen
         weighed = inverses[time] @ seen
         whole_r = weighed.T @ errors[time] + L.T @ r
@@ -145,10 +152,10 @@ def _smooth(
         certain = inverses[time] + gains[time].T @ (N @ gains[time])
         for i in range(sensors):
             power[i] += (noise[i] * unlike[i]) ** 2 + noise[i] - noise[i] ** 2 * certain[i, i]
-        P[:size, :size] = covariances[time]
-        states[time] = means[time] + covariances[time] @ whole_r[:size]
-        pushed[time] = force * whole_r[size:]
-        spread[time] = P - P @ whole_N @ P
+        put_matrix(covariances[time], P[:size, :size])
+        put_vector(means[time] + covariances[time] @ whole_r[:size], states[time])
+        put_vector(force * whole_r[size:], pushed[time])
+        put_matrix(P - P @ whole_N @ P, spread[time])
         r, N = whole_r[:size], whole_N[:size, :size]
         N = 0.5 * (N + N.T)
     return states, pushed, spread, power / samples

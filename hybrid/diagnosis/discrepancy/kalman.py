@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.compiled import compiled
+from hybrid.compiled import compiled, put_matrix, put_vector
 from hybrid.diagnosis.discrepancy.linearisation import Linearisation
 
 
@@ -42,7 +42,7 @@ def filtered(
     ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
     of the initial state.
     """
-    T, C, noise = about.transition, about.output, np.ascontiguousarray(np.broadcast_to(noise, data.shape))
+    T, C, noise = about.transition, about.output, np.array(np.broadcast_to(noise, data.shape), order="C")
     drift, first = about.with_memories(about.drift), about.with_memories(-about.states[0])
     variances = np.append(begin, about.first**2)
     white, gains, scales, predicted, covariance, log_scale = _filter(
@@ -78,19 +78,26 @@ def _filter(
     white, gains = np.zeros((samples, sensors)), np.zeros((samples, size, sensors))
     scales, predicted = np.zeros((samples, sensors, sensors)), np.zeros((samples, size))
     covariance = np.zeros((samples, size, size))
-    x, P, log_scale = first.copy(), np.diag(begin), 0.0
+    x, P, log_scale = first.copy(), np.zeros((size, size)), 0.0
+    for i in range(size):
+        P[i, i] = begin[i]
     for time in range(samples):
         A, seen = T[time if varying else 0], C[time if varying else 0]
-        predicted[time], covariance[time] = x, P
+        put_vector(x, predicted[time])
+        put_matrix(P, covariance[time])
         PC = P @ seen.T
-        S = seen @ PC + np.diag(noise[time])
+        S = seen @ PC
+        for i in range(sensors):
+            S[i, i] += noise[time, i]
         lower = np.linalg.cholesky(S)
-        scale = np.linalg.inv(lower)
+        scale = _inverse(lower)
         for i in range(sensors):
             log_scale += np.log(lower[i, i])
         new = data[time] - seen @ x
         gain = PC @ (scale.T @ scale)
-        white[time], scales[time], gains[time] = scale @ new, scale, gain
+        put_vector(scale @ new, white[time])
+        put_matrix(scale, scales[time])
+        put_matrix(gain, gains[time])
         x = A @ (x + gain @ new) + drift[time]
         P = A @ (P - gain @ PC.T) @ A.T
         P = 0.5 * (P + P.T)
@@ -101,6 +108,21 @@ def _filter(
             P[modes + k, k] += push * step / 2
             P[modes + k, modes + k] += push
     return white, gains, scales, predicted, covariance, log_scale
+
+
+@compiled
+def _inverse(lower: FloatArray) -> FloatArray:
+    """Return the inverse of a ``lower`` triangle (row, column)."""
+    size = len(lower)
+    found = np.zeros((size, size))
+    for j in range(size):
+        found[j, j] = 1 / lower[j, j]
+        for i in range(j + 1, size):
+            value = 0.0
+            for k in range(j, i):
+                value -= lower[i, k] * found[k, j]
+            found[i, j] = value / lower[i, i]
+    return found
 
 
 @compiled
@@ -120,7 +142,7 @@ def _smooth(
         A, seen = T[time if varying else 0], C[time if varying else 0]
         back = A.T @ r
         r = back + seen.T @ (scales[time].T @ white[time] - gains[time].T @ back)
-        states[time] = predicted[time] + covariance[time] @ r
+        put_vector(predicted[time] + covariance[time] @ r, states[time])
     return states
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import expm
 
 from fe_models.arrays import FloatArray, IntArray
-from hybrid.compiled import compiled
+from hybrid.compiled import compiled, put_matrix
 from hybrid.diagnosis.response.config import MARCHING
 from hybrid.diagnosis.response.system import System
 
@@ -135,7 +135,7 @@ def _step_lanes(
     seen, f = np.zeros((lanes, 3 * rows)), np.zeros((4, lanes, laws))
     # Nothing stands before the first coordinate and after the last, so that all have two neighbours.
     z, moved = np.zeros((lanes, 1 + states + 1)), np.zeros((lanes, 1 + states + 1))
-    z[:, 1:-1] = start
+    put_matrix(start, z[:, 1:-1])
     for k in range(samples):
         for lane in range(lanes):
             for i in range(own, states):
@@ -189,7 +189,7 @@ def _step_lanes(
                     for i in range(states):
                         moved[lane, 1 + i] += begun * first[law, i] + between * middle[law, i] + ended * last[law, i]
             z, moved = moved, z
-    final[:] = z[:, 1:-1]
+    put_matrix(z[:, 1:-1], final)
     return True
 
 
