@@ -263,6 +263,7 @@ def test_unknown_wishes_are_refused() -> None:
         blind_case(0, replace(SHORT, sampling_rate=130.0))
 
 
+@pytest.mark.slow
 def test_hysteretic_spring_yields_in_the_motion_that_it_leaves() -> None:
     """One that does not is a plain spring, which is on the list."""
     design = bridge().without_prestress()

@@ -154,6 +154,7 @@ def test_a_certificate_is_of_one_code(tmp_path: Path) -> None:
         )
 
 
+@pytest.mark.slow
 def test_code_that_changes_while_it_runs_ends_the_run(tmp_path: Path) -> None:
     codes = iter([CODE, Code("f" * 40), Code("f" * 40)])
     with pytest.raises(InputError, match="the code changed while cases of commit 0123456789ab ran"):

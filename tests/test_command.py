@@ -87,7 +87,7 @@ def test_quiet_does_not_hide_faults(tmp_path: Path) -> None:
 def test_the_installed_command_simulates_what_it_then_builds_on(tmp_path: Path) -> None:
     """As a shell starts it: recordings, their step and its error on stdout; a coarser step warns."""
     start = "from hybrid.commands.app import app; app(prog_name='hybrid-modal')"
-    options = ["simulate", "bridge", "--out", str(tmp_path), "--pull", "19:y:-9.81", "--duration", "0.2"]
+    options = ["simulate", "bridge", "--out", str(tmp_path), "--pull", "19:y:-9.81", "--duration", "0.05"]
     run = [sys.executable, "-W", "error", "-c", start, *options]
     done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=False)
     assert (done.returncode, done.stderr) == (0, "")

@@ -48,6 +48,7 @@ def folding_notes(dataset: Dataset) -> list[str]:
     ]
 
 
+@pytest.mark.slow
 def test_mode_that_folds_is_reported_by_both_its_frequencies() -> None:
     given = sampled(modes=4)
     note, rest = folding_notes(given)

@@ -126,6 +126,7 @@ def test_what_comes_after_loads_is_most_of_a_recording_or_all_of_it_stays() -> N
     assert after_loads(after) is after
 
 
+@pytest.mark.slow
 def test_knocks_whose_samples_tell_their_force_stay_loads() -> None:
     """Those that last many samples, those that a filter has widened, and what is no knock."""
     long, filtered, lasting = knocked(0.02), knocked(0.003), knocked(0.003)

@@ -256,6 +256,7 @@ def test_damping_that_couples_modes_is_reported_of_a_modal_model_that_lacks_it()
     assert "(no damping between modes, which the structure's dashpots couple)" in finding.sentence
 
 
+@pytest.mark.slow
 def test_hybrid_trains_on_a_modal_model_and_speaks_for_no_place() -> None:
     data = given(recorded(CHAIN, train=2), contaminated(0.03))
     config = learning_preset(data.model)

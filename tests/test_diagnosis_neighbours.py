@@ -98,6 +98,7 @@ def test_causes_adjoin_on_a_chain_at_one_place_only(one: int, other: int, adjoin
     assert adjoin(replace(setting.short, hypothesis=Hypothesis(setting.nominal, tuple(found)))) == adjoins
 
 
+@pytest.mark.slow
 def test_other_kinds_of_cause_sit_where_the_one_found_does() -> None:
     """A mass at either end of an element does what its stiffness does, with a calibration that goes along."""
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))

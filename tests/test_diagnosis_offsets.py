@@ -130,6 +130,7 @@ def test_held_out_sensors_displacements_and_short_recordings_are_left() -> None:
     assert without_offsets(short, POLES) == (short, [])
 
 
+@pytest.mark.slow
 def test_stop_on_one_side_moves_the_mean_of_displacements_only() -> None:
     """A frame that knocks at a stop is on its other side more often; its mean acceleration is zero all the same."""
     given = recorded(portal().with_effects(GapStop((2,), "x", gap=0.0, stiffness=2e6, side=1)))

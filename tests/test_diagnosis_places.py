@@ -160,6 +160,7 @@ def test_second_cause_is_looked_for_unless_the_first_leaves_most_of_what_is_wron
     assert asks_for_more(first, wrong, setting.noise_model, setting.band) is asks
 
 
+@pytest.mark.slow
 def test_short_segments_begin_where_the_motion_of_whole_recordings_passes() -> None:
     setting = setting_of(recorded(masts(middle=3.0), CubicSpring((3,), "x", 4 * STIFF)))
     place = {"node": 3, "direction": "x"}

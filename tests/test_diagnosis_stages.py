@@ -93,6 +93,7 @@ def test_machine_is_promised_beside_a_cause(effect: Effect, size: float) -> None
     assert best.theta[-1] == pytest.approx(MACHINE.frequency, abs=3 * np.sqrt(best.covariance[-1, -1]))
 
 
+@pytest.mark.slow
 def test_cause_that_is_left_out_of_a_recording_is_fitted_in_all_of_them_too() -> None:
     """At another place it may fit some of them better than not at all, and lead the search astray."""
     search, (base, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)

@@ -97,6 +97,7 @@ def test_all_windows_of_a_batch_move_independently() -> None:
             assert torch.allclose(together, alone, rtol=0, atol=1e-14)  # one product of matrices or two
 
 
+@pytest.mark.slow
 def test_without_damping_the_energy_stays_for_1e5_steps() -> None:
     """E = (q'^2 + w^2 q^2) / 2 a mode. Each step rounds by 1e-16 and a bit, all to one side at worst: 1e-9."""
     modal = chain_modes(0.0)

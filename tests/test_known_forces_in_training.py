@@ -124,6 +124,7 @@ def test_the_recursion_in_blocks_is_that_of_a_loop(count: int) -> None:
     np.testing.assert_allclose(found, torch.stack(expected, dim=1), rtol=0, atol=1e-13)
 
 
+@pytest.mark.slow
 def test_frequencies_and_damping_are_found_from_recordings_that_begin_at_rest() -> None:
     """As from free decays: to 1e-3 without noise."""
     dataset = loaded_dataset(off_chain(), 2)

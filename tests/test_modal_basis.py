@@ -71,6 +71,7 @@ def test_modes_that_a_drawing_has_beyond_the_band_are_followed() -> None:
     assert len(found.fit.pairs) == modes.count
 
 
+@pytest.mark.slow
 def test_a_support_that_gives_a_little_in_one_recording_is_what_its_modes_ask_for_first() -> None:
     still = np.random.default_rng(0).standard_normal((1, 400, len(SENSORS)))
     recordings = (Recording("before", still), Recording("after", still))

@@ -227,6 +227,7 @@ def test_a_spring_that_lost_stiffness_between_two_recordings_of_a_chain_far_from
     assert len(states_of(measured, fits[0])) == 2
 
 
+@pytest.mark.slow
 def test_two_recordings_of_one_structure_are_no_change(dataset: Dataset) -> None:
     rng = np.random.default_rng(30)
     truth = chain(off(rng))

@@ -110,6 +110,7 @@ def test_rotations_without_mass_add_no_modes(largest_dense: int, monkeypatch: py
         natural_modes(model, 7)
 
 
+@pytest.mark.slow
 def test_modes_of_a_hundred_thousand_degrees_of_freedom_are_those_of_few() -> None:
     coarse = natural_modes(linearise(bridge().refined(4)), 20)
     model = linearise(bridge().refined(640))

@@ -112,6 +112,7 @@ def test_one_wrong_digit_is_no_cause(frame: fe.Structure, shapes: bool) -> None:
     assert any("at 5.27" in note and "little weight" in note for note in found.diagnosis.notes), found.diagnosis.notes
 
 
+@pytest.mark.slow
 def test_a_foot_that_gives_is_told_by_frequencies_alone(frame: fe.Structure) -> None:
     """It lowers the first by a fifth: groups of stiffnesses that are all far off explain that, too, less simply."""
     foot = fe.SupportSpring(1, "rz", 2.3e5)
