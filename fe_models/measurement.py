@@ -50,7 +50,8 @@ def lowpassed(channels: FloatArray, sampling_rate: float, lowpass: float | None)
     if lowpass is None:
         return channels
     sections = butter(FILTER_ORDER, lowpass, fs=sampling_rate, output="sos")
-    return np.asarray(sosfiltfilt(sections, channels, axis=0))
+    mirrored = min(3 * (2 * len(sections) + 1), len(channels) - 1)  # beyond either end: as many as there are
+    return np.asarray(sosfiltfilt(sections, channels, axis=0, padlen=mirrored))
 
 
 def noise_faults(noise: float | Mapping[str, float], sensors: Sequence[Sensor]) -> list[str]:
@@ -97,5 +98,10 @@ def _faults(
     if abs(ratio - round(ratio)) > 1e-6 or round(ratio) < 1:
         faults.append(
             f"sampling_rate = {sampling_rate:g} Hz does not divide that of the response, {response.sampling_rate:g} Hz"
+        )
+    elif 0 <= start < end and -(-len(response.time) // round(ratio)) - round(start * sampling_rate) < 2:
+        faults.append(
+            f"the response lasts {end - start:g} s, one sample at {sampling_rate:g} Hz; a recording has two or more:"
+            " let it last longer"
         )
     return faults

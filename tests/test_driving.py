@@ -124,7 +124,9 @@ def test_a_linear_chain_under_two_forces_is_exact_at_any_step(step: float) -> No
     np.testing.assert_allclose(found, solved(dynamics, values, PARTICIPATION, step), rtol=0, atol=1e-9)
 
 
-@pytest.mark.parametrize(("method", "order", "slack"), [("propagator", 2.0, 0.15), pytest.param("rk4", 4.0, 0.3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("method", "order", "slack"), [("propagator", 2.0, 0.15), pytest.param("rk4", 4.0, 0.3, marks=pytest.mark.slow)]
+)
 def test_with_a_cubic_spring_the_orders_are_those_of_free_motion(method: str, order: float, slack: float) -> None:
     """The slack: the error's next term at the largest step, where forces move within a step."""
     dynamics = dynamics_of(chain_modes(), (CubicSpring((1,), "x", 1.0),))

@@ -63,6 +63,12 @@ def test_decaying_motion_is_passed_by_its_complex_frequency() -> None:
     np.testing.assert_allclose(shown[inside], (gain * motion)[inside], atol=0.01)  # bilinear warping, as above
 
 
+def test_recordings_of_a_few_samples_are_passed_as_well() -> None:
+    """What stays as it is passes whole; ends are mirrored as far as there is something to mirror."""
+    for samples in (1, 2, 5, 16):
+        np.testing.assert_allclose(lowpassed(np.ones((samples, 1)), 100.0, 40.0), 1.0, atol=1e-12)
+
+
 def test_nothing_is_folded_down() -> None:
     folded = measure(response_of(sine(95.0)), (TOP,), 100.0, rng())[:, 0]
     filtered = measure(response_of(sine(95.0)), (TOP,), 100.0, rng(), lowpass=30.0)[:, 0]
@@ -116,6 +122,12 @@ def test_all_faults_at_once() -> None:
     assert "noise = -1.0; must be 0 or more" in noise
     assert "start = 1000 s; must be 0 or more and before the response ends, after 20.002 s" in start
     assert "sampling_rate = 120 Hz does not divide that of the response, 500 Hz" in rate
+
+
+def test_a_motion_of_one_sample_is_no_recording() -> None:
+    measure(response_of(sine(5.0, 0.01)), (TOP,), 100.0, rng(), lowpass=40.0, noise=0.03)
+    with pytest.raises(InputError, match="the response lasts 0.01 s, one sample at 100 Hz"):
+        measure(response_of(sine(5.0, 0.008)), (TOP,), 100.0, rng(), lowpass=40.0, noise=0.03)
 
 
 def test_needs_sensors_and_one_motion() -> None:
