@@ -126,7 +126,7 @@ def test_all_faults_at_once() -> None:
 
 def test_a_motion_of_one_sample_is_no_recording() -> None:
     measure(response_of(sine(5.0, 0.01)), (TOP,), 100.0, rng(), lowpass=40.0, noise=0.03)
-    with pytest.raises(InputError, match="the response lasts 0.01 s, one sample at 100 Hz"):
+    with pytest.raises(InputError, match=r"the response lasts 0\.01 s, one sample at 100 Hz"):
         measure(response_of(sine(5.0, 0.008)), (TOP,), 100.0, rng(), lowpass=40.0, noise=0.03)
 
 
