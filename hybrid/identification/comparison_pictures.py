@@ -5,9 +5,10 @@ from typing import Any
 import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.recordings import Dataset
+from fe_models.recordings import Dataset, derivative_orders
 from fe_models.spectra import line_frequencies, power_spectrum
 from hybrid.figures import COLOURS, Sheet, figure
+from hybrid.identification.channel_sizes import are_several, rms_of_each
 from hybrid.identification.recording_comparison import Compared
 
 MARKERS = "osD^vP"  # beside colours, for those who print in black
@@ -74,10 +75,13 @@ def draw_spectra(dataset: Dataset, compared: Compared) -> Sheet:
     """Draw the power of all channels of each recording, with the nominal frequencies and the combinations."""
     singles = [(recording, data) for recording in dataset.recordings for data in recording.data]
     which = "peaks at sums and differences" if len(compared.followed) > 1 else "peaks at multiples"
+    orders = derivative_orders(dataset.sensors)
     with figure(len(singles), 1, "Power of all channels together, over its largest value") as (sheet, axes):
         sheet.figure.set_size_inches(PANEL_WIDTH, PANEL_HEIGHT * len(singles))
         for axis, (recording, data), observed in zip(axes, singles, compared.recordings, strict=True):
             rate = dataset.rate_of(recording)
+            if are_several(orders):  # of several quantities the one with the largest numbers would be all
+                data = data / np.maximum(rms_of_each(data, orders), TINY)
             frequencies, power = averaged_power(data, rate) if observed.found.is_ambient else _power(data, rate)
             axis.semilogy(frequencies, power, color="#555555", linewidth=0.8)
             for frequency in compared.nominal:

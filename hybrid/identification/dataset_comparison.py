@@ -11,6 +11,7 @@ from fe_models.linear import LinearModel
 from fe_models.progress import progress_bar
 from fe_models.recordings import Dataset, Sensor
 from fe_models.structure import Structure
+from hybrid.identification.clipped_channels import clipped_notes
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.frequency_response import FrequencyResponse, extended_faults, frequency_response
 from hybrid.identification.frequency_response_report import describe_responses
@@ -55,7 +56,7 @@ def compare_dataset(
     begun = perf_counter()
     raise_faults(extended_faults(dataset, extended) if extended is not None else ())
     driven, free = dataset.parted()
-    responses, notes = None, without_a_scale(dataset.sensors)
+    responses, notes = None, (*without_a_scale(dataset.sensors), *clipped_notes(dataset))
     if driven is not None:
         try:
             responses = frequency_response(driven, extended)

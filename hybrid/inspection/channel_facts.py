@@ -5,13 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import find_peaks, welch
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import FloatArray
+from hybrid.identification.clipped_channels import clipped_samples, run_lengths
 
 MIN_STUCK = 32  # samples that do not change at all ...
 MIN_STUCK_SHARE = 0.02  # ... and share of the recording, for a sensor that was stuck
-MIN_CLIPPED = 3  # samples in a row at the largest or smallest value: a smooth motion has one or two there
-MIN_CLIPPED_RUNS = 2
-MIN_LEVELS = 64  # different values, below which any channel rests at its largest one
 DRIFT_BLOCKS = 10
 MIN_DRIFT = 0.5  # of the standard deviation about it
 MIN_DRIFT_CORRELATION = 0.95  # of the blocks' means with a straight line: chance exceeds it once in 10^4
@@ -73,17 +71,11 @@ def channel_facts(name: str, unit: str, values: FloatArray, rate: float | None) 
         float(there.max()),
         float(there.mean()),
         0.0 if is_dead else float(there.std()),
-        0 if is_dead else _clipped(there),
+        0 if is_dead else clipped_samples(there),
         stuck,
         0.0 if is_dead else _drift(there),
         () if is_dead else strongest_peaks(*spectrum(values, rate)),
     )
-
-
-def run_lengths(flags: BoolArray) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
-    """Return the length of each run of set ``flags``."""
-    edges = np.flatnonzero(np.diff(np.concatenate([[0], flags.astype(int), [0]])))
-    return np.asarray(edges[1::2] - edges[::2], dtype=np.int64)
 
 
 def spectrum(values: FloatArray, rate: float | None) -> tuple[FloatArray, FloatArray]:
@@ -112,18 +104,6 @@ def _between_lines(frequencies: FloatArray, power: FloatArray, place: int) -> fl
     before, here, after = np.log(np.maximum(power[place - 1 : place + 2], TINY))
     beside = 0.5 * (before - after) / min(before - 2 * here + after, -TINY)
     return float(frequencies[place] + beside * (frequencies[1] - frequencies[0]))
-
-
-def _clipped(there: FloatArray) -> int:
-    """Return how many samples rest at the end of the range, 0 where that is no more than a smooth motion does."""
-    if len(np.unique(there)) < MIN_LEVELS:
-        return 0
-    count = 0
-    for end in (there.min(), there.max()):
-        lengths = run_lengths(there == end)
-        lengths = lengths[lengths >= MIN_CLIPPED]
-        count += int(lengths.sum()) if len(lengths) >= MIN_CLIPPED_RUNS else 0
-    return count
 
 
 def _drift(there: FloatArray) -> float:

@@ -130,8 +130,8 @@ class CoordinateConfig:
     # nodes at which causes are sought: sensors do not tell more apart, and each costs three static shapes and a second
     most_nodes: int = 48
     min_motion_share: float = 1e-4  # of the largest motion in the modes: a node that moves less feels no force
-    # of a share of K or M, by what it does to the modes seen: those and their combinations that are larger ... Of a tall
-    # frame whose columns lose a quarter over 13 floors natural frequencies are off by 7e-5 with 6, by 2e-6 with 12
+    # of a share of K or M, by what it does to the modes seen: those and their combinations that are larger ... With
+    # 6 of them natural frequencies of a tall frame whose columns lose a quarter are off by 7e-5, with 12 by 2e-6
     most_shapes_a_share: int = 12
     min_force_share: float = 1e-3  # ... than so much of the largest
     min_independent_share: float = 1e-10  # of the largest: what other shapes nearly make up is left out
