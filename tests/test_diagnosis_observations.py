@@ -136,6 +136,14 @@ def test_damping_that_is_off_in_all_modes_is_reported(found: Diagnosis) -> None:
     assert uniform_damping_error(with_ratios((0.015, 0.015, 0.05, 0.05), (0.05,) * 4), Uncertainty()) == []
 
 
+def test_of_a_mode_that_is_hardly_seen_only_the_drawing_is_told(found: Diagnosis) -> None:
+    """What recordings do not show may be calibrated to any frequency."""
+    shown = replace(found.observations, motion_energy=np.array([0.5, 0.5, 0.0, 0.0]))
+    rows = [line.split() for line in describe_observations(shown) if line.split()[0] in ("1", "2", "3", "4")]
+    assert [row.count("-") for row in rows] == [0, 0, 4, 4]
+    assert [float(row[1]) for row in rows] == pytest.approx(shown.nominal.frequencies, abs=1e-4)
+
+
 @pytest.mark.slow
 def test_mode_that_is_overdamped_is_in_no_table() -> None:
     """Of the others fewer are observed than there are nominal ones."""

@@ -106,7 +106,7 @@ def _observed(shown: Observations) -> Table:
             (
                 Cell(str(mode + 1), mode),
                 number(shown.nominal.frequencies[mode]),
-                number(observed.frequencies[mode]),
+                number(observed.frequencies[mode]) if seen else Cell(NOTHING),
                 fixed(100 * shown.nominal.ratios[mode], 2),
                 fixed(100 * observed.ratios[mode], 2) if seen else Cell(NOTHING),
                 fixed(shown.mac[mode], 3),

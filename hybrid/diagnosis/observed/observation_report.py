@@ -84,14 +84,16 @@ def _modes(shown: Observations) -> list[str]:
     lines = []
     for mode in range(count):
         three = (shown.nominal, shown.calibrated, shown.observed)
-        first, second, third = (each.frequencies[mode] for each in three)
-        frequencies = f"{first:9.4f} {second:10.4f} {third:9.4f}"
-        ratios = f"{shown.nominal.ratios[mode]:z8.4f} {shown.calibrated.ratios[mode]:z10.4f}"
-        seen = shown.motion_energy[mode] >= SPECTRA.min_energy_share
-        ratios += f" {shown.observed.ratios[mode]:z8.4f}" if seen else f" {'-':>8s}"
+        drawn, *others = (each.frequencies[mode] for each in three)
+        drawn_ratio, *other_ratios = (each.ratios[mode] for each in three)
+        if shown.motion_energy[mode] >= SPECTRA.min_energy_share:
+            after = [f"{value:{width}.4f}" for value, width in zip(others, (10, 9), strict=True)]
+            ratios = [f"{value:z{width}.4f}" for value, width in zip(other_ratios, (10, 8), strict=True)]
+        else:  # a mode that is hardly seen may be calibrated and observed anywhere
+            after, ratios = [f"{'-':>10s}", f"{'-':>9s}"], [f"{'-':>10s}", f"{'-':>8s}"]
         lines.append(
-            f"  {mode + 1:4d} {frequencies} {ratios} {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:9.0%}"
-            f" {shown.error_energy[mode]:9.0%}"
+            f"  {mode + 1:4d} {drawn:9.4f} {' '.join(after)} {drawn_ratio:z8.4f} {' '.join(ratios)}"
+            f" {shown.mac[mode]:6.3f} {shown.motion_energy[mode]:9.0%} {shown.error_energy[mode]:9.0%}"
         )
     return lines
 
