@@ -28,6 +28,7 @@ class NominalConfig:
     frame_values_per_independent: float = 4.0
     # of the most that a degree of freedom moves: the last that distinguishes unit shapes must by itself
     min_independent_share: float = 1e-6
+    full_share: float = 0.2  # of a matrix's entries that are not zero: beyond, arrays multiply faster, on all cores
 
 
 @dataclass(frozen=True)

@@ -144,9 +144,12 @@ class NominalModel:
         return (self.mass, self.damping, self.stiffness, *self.part_changes, *self.scatter.changes)
 
     @cached_property
-    def stacked(self) -> csr_array:
-        """The ``matrices`` one below the other, (matrix times dof, dof)."""
-        return csr_array(vstack(self.matrices))
+    def stacked(self) -> csr_array | FloatArray:
+        """The ``matrices`` one below the other, (matrix times dof, dof); an array where they are full, as large ones in
+        few coordinates are.
+        """
+        found = csr_array(vstack(self.matrices))
+        return found.toarray() if found.nnz > NOMINAL.full_share * len(self.dofs) * found.shape[0] else found
 
     @cached_property
     def projected(self) -> FloatArray:
