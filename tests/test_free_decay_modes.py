@@ -52,6 +52,20 @@ def test_lines_come_back_with_frequency_damping_and_shape() -> None:
     assert identified.left < 1e-3
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_modes_that_nothing_tells_apart_do_not_spoil_the_others(seed: int) -> None:
+    """Three lie within a thousandth: the pole that stands for them moves in no phase, and holds much of the energy."""
+    rng = np.random.default_rng(seed)
+    frequencies, phases = np.array([3.9, 4.0, 6.3, 6.302, 6.304, 7.4]), np.array([0.3, 1.0, 0.0, 2.1, 4.2, 0.5])
+    roots = 2 * np.pi * frequencies * (-0.01 + 1j * np.sqrt(1 - 0.01**2))
+    data = np.real(np.exp(TIME[:, None] * roots + 1j * phases) @ rng.standard_normal((6, 5)))
+    found = identify_modes(data + 3e-3 * rng.standard_normal(data.shape), RATE, 3.9, 30.0)
+    others = np.abs(found.frequencies - 6.302) > 0.1
+    np.testing.assert_allclose(found.frequencies[others], [3.9, 4.0, 7.4], rtol=1e-4)
+    assert np.all(np.abs(found.ratios[others] - 0.01) < 4 * found.ratio_errors[others])  # one of 16,000 is off by more
+    assert found.left < 1e-3
+
+
 def test_standard_deviations_of_frequency_and_damping_are_those_of_many_recordings() -> None:
     """Two channels of unequal noise, another mode beside; every recording says the same of itself."""
     samples, rate, root = 300, 50.0, complex(-0.15, 2 * np.pi * 3.9)

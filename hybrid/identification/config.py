@@ -31,6 +31,9 @@ class FreeDecayConfig:
     min_phase_collinearity: float = 0.5  # sensors move nearly in phase in a mode (Pappa 1993); in noise they do not
     max_frequency_error: float = 0.01  # relative standard deviation: what is known less well is taken for noise
     max_shape_error: float = 0.5  # of the largest entry: the same, for the usual entry of a shape
+    # times the energy that all poles leave: one in no phase that holds more is several modes, not what is left of one
+    # whose frequency changes, of which as much is left as such a pole holds
+    min_energy_of_several: float = 10.0
     min_mac_of_one_mode: float = 0.9  # MAC at the sensors, from which on poles are one mode ...
     # ... if they lie that close together, relative, or closer than the recording can resolve
     max_relative_separation: float = 0.05

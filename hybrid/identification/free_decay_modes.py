@@ -2,8 +2,10 @@
 
 Poles that stay where they are over the orders of a realisation (`stabilisation`) are where a fit begins that all
 channels, and all motions of a recording, share (`shared_modes`). What is known too badly, or moves in no phase, is
-noise and left out. A mode whose frequency changes while it decays shows as several poles of one shape: these are
-replaced by one, which starts at the mean of their common motion z, weighed by its energy,
+noise and left out. Poles in no phase that hold far more energy than all of them leave are several modes that the
+recording does not tell apart: they stay in the fit, as others would take their motion, and are no modes. A mode whose
+frequency changes while it decays shows as several poles of one shape: these are replaced by one, which starts at the
+mean of their common motion z, weighed by its energy,
 
     s = sum_t z(t)^H z'(t) / sum_t z(t)^H z(t).
 """
@@ -72,14 +74,16 @@ def _settled(
         found = IdentifiedModes(
             modes.roots, modes.shapes.T, modes.reference, covariance, share, unexplained, orders, sizes
         )
-        kept = _is_known(found) & is_above_noise(energy / noise**2, level, lines, sum(map(len, parts)))
-        roots, shapes = _joined(parts, rate, found.take(kept), rms)
+        vibrates = _vibrates(found) & is_above_noise(energy / noise**2, level, lines, sum(map(len, parts)))
+        kept = vibrates & _has_a_shape(found)
+        several = vibrates & (share > FREE_DECAY.min_energy_of_several * unexplained)
+        roots, shapes = _joined(parts, rate, found.take(kept | several), rms)
         after = np.sqrt(np.mean(np.concatenate(left) ** 2, axis=0))
         after = np.maximum(after, FREE_DECAY.least_noise * rms)
         settled = np.allclose(after, noise, rtol=FREE_DECAY.noise_tolerance) and len(roots) == len(found.roots)
         noise = after
         if settled:
-            return found
+            break
     return found.take(kept)
 
 
@@ -100,14 +104,18 @@ def _energy(
     return energy
 
 
-def _is_known(found: IdentifiedModes) -> BoolArray:
-    """Return which modes are known well enough, damped like a structure's, and in phase."""
+def _vibrates(found: IdentifiedModes) -> BoolArray:
+    """Return which modes have a frequency that is known well enough, and are damped like a structure's."""
+    sure = np.sqrt(found.scatter[:, 0, 0]) < FREE_DECAY.max_frequency_error
+    return np.asarray(sure & (found.ratios < 0.99 * FREE_DECAY.max_damping_ratio))
+
+
+def _has_a_shape(found: IdentifiedModes) -> BoolArray:
+    """Return which modes have a shape that is known well enough, and in phase."""
     entries = np.sqrt(np.diagonal(found.covariance, axis1=1, axis2=2)[:, 2:]) / np.tile(found.sizes, 2)
     usual = np.median(entries, axis=1) / np.abs(found.shapes / found.sizes[:, None]).max(axis=0)
-    sure = np.sqrt(found.scatter[:, 0, 0]) < FREE_DECAY.max_frequency_error
     in_phase = found.collinearity >= FREE_DECAY.min_phase_collinearity
-    damped = found.ratios < 0.99 * FREE_DECAY.max_damping_ratio
-    return np.asarray(sure & in_phase & damped & (usual < FREE_DECAY.max_shape_error))
+    return np.asarray(in_phase & (usual < FREE_DECAY.max_shape_error))
 
 
 def _is_satellite(found: IdentifiedModes) -> BoolArray:
