@@ -42,7 +42,8 @@ def filtered(
     ``pushes`` (time, mode): the variance of each mode's rate by the force of a ``step`` (s); ``begin`` (2 mode,): that
     of the initial state.
     """
-    T, C, noise = about.transition, about.output, np.array(np.broadcast_to(noise, data.shape), order="C")
+    noise = np.array(np.broadcast_to(noise, data.shape), order="C")  # of another layout the filter is compiled anew
+    T, C = about.transition, about.output
     drift, first = about.with_memories(about.drift), about.with_memories(-about.states[0])
     variances = np.append(begin, about.first**2)
     white, gains, scales, predicted, covariance, log_scale = _filter(

@@ -17,6 +17,7 @@ from hybrid.diagnosis.response.marching import march
 from hybrid.diagnosis.response.residual_states import with_residual
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import ModalForm, System, through_lowpass
+from hybrid.observability import observability_by_doubling
 
 
 @dataclass(frozen=True)
@@ -57,12 +58,8 @@ def _at_samples(
     if not system.is_linear:
         marched = march(system, states[None], samples, loads)
         return None if marched is None else (marched.watched[0].swapaxes(0, 1), marched.forces[0].swapaxes(0, 1))
-    now, turn, known = np.empty((samples, *states.shape)), expm(system.A[0] * system.step).T, 1
-    now[0] = states
-    while known < samples:  # as many again, each by as many steps
-        more = now[known : 2 * known]
-        np.matmul(now[: len(more)], turn, out=more)
-        turn, known = turn @ turn, 2 * known
+    turn = expm(system.A[0] * system.step).T
+    now = observability_by_doubling(states[None], turn[None], samples, np.concatenate)  # states A'^k, as C A^k
     return now if loads is None else now + loaded_states(system, loads), np.zeros((*now.shape[:2], 0))
 
 

@@ -5,6 +5,8 @@ Newmark's method with constant average acceleration lengthens the period of a mo
 would stand for it. Meshes and beam theories that are coarse where waves are short act likewise, to either side.
 """
 
+from typing import Any
+
 import numpy as np
 
 from fe_models.arrays import FloatArray
@@ -26,14 +28,18 @@ def dispersed(M: FloatArray, K: FloatArray, amount: FloatArray, rate: float) -> 
 
 def dispersed_squares(omega2: FloatArray, amount: FloatArray, rate: float) -> FloatArray:
     """Return squared natural frequencies (variant, mode), (rad/s)^2, with the dispersion: see `dispersed`."""
-    x = (DISPERSION.normal_step_share / rate) ** 2 * omega2
-    return np.asarray(omega2 * (1 - amount[:, None] * x / (6 + 6 * x)))
+    return np.asarray(omega2 * _remaining(amount[:, None], omega2, rate))
 
 
 def shift(amount: float, omega: float, rate: float) -> float:
     """Return the relative shift of a natural frequency ``omega`` (rad/s) by a dispersion: see `dispersed`."""
-    x = (DISPERSION.normal_step_share * omega / rate) ** 2
-    return float(np.sqrt(1 - amount * x / (6 + 6 * x)) - 1)
+    return float(np.sqrt(_remaining(amount, omega**2, rate)) - 1)
+
+
+def _remaining(amount: Any, omega2: Any, rate: float) -> Any:
+    """Return what the dispersion leaves of squared natural frequencies, in shares: see `dispersed`."""
+    x = (DISPERSION.normal_step_share / rate) ** 2 * omega2
+    return 1 - amount * x / (6 + 6 * x)
 
 
 def step_of(amount: float, rate: float) -> float:

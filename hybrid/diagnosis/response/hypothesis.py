@@ -284,7 +284,7 @@ class Hypothesis:
             K = dispersed(M, K, theta[:, nominal.dispersion], nominal.rate)
         return ReducedModel(M, C, K, shapes, carried, trailing)
 
-    def _built(self, theta: FloatArray) -> "_Built":
+    def _built(self, theta: FloatArray) -> _Built:
         """Return the matrices of ``theta`` (variant, parameter), but for the damping of modes."""
         nominal, basis = self.nominal, self.basis
         parts, of_mass = len(nominal.parts), self._of_mass
