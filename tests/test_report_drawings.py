@@ -5,14 +5,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import fe_models as fe
+from benchmarks.space_frame import tall_frame
 from fe_models.built_in.bridge import bridge
 from fe_models.files.run_folder import Prediction
-from fe_models.pictures.drawing import INK, Picture, Text, disc, stroke
+from fe_models.linear import LinearModel
+from fe_models.pictures.drawing import INK, LIGHT, Picture, Text, disc, stroke
 from fe_models.pictures.geometry import outline
-from fe_models.pictures.pointers import Pointer, pointer_to
-from fe_models.pictures.structure_drawing import structure_picture
+from fe_models.pictures.pointers import FOUND_SHADE, Pointer, pointer_to
+from fe_models.pictures.structure_drawing import MOST_LINES, structure_picture
 from fe_models.pictures.svg import svg_of
 from fe_models.recordings import Sensor
 from fe_models.structure import Cable
@@ -52,6 +55,23 @@ def test_a_group_is_all_its_elements() -> None:
     found = pointer_to({"group": "cable"}, "it", bridge(), ())
     assert found is not None
     assert found.elements == tuple(n for n, own in enumerate(bridge().elements, 1) if isinstance(own, Cable))
+
+
+def test_of_more_lines_than_stand_apart_what_is_pointed_at_lies_above() -> None:
+    """A building of thousands of members would be one dark face."""
+    tall = tall_frame(13, 12, 6)
+    pointer = pointer_to({"group": tall.groups[0].name}, "1: stiffness change", tall, ())
+    assert pointer is not None
+    picture = structure_picture(tall, (), (1600,), (pointer,))
+    (lines,) = (patch for patch in picture.patches if len(patch.points) == 4 * len(members_of(tall)))
+    assert len(members_of(tall)) > MOST_LINES
+    assert (lines.colors == LIGHT).all()
+    order = [patch is lines for patch in picture.patches if patch is lines or (patch.colors == FOUND_SHADE).all()]
+    assert not order[-1]
+
+
+def members_of(model: LinearModel) -> NDArray[np.int64]:
+    return np.vstack([group.ends for group in outline(model).groups if group.kind != "point"])
 
 
 def test_what_is_pointed_at_is_named_and_shaded_on_the_drawing() -> None:

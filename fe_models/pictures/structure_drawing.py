@@ -9,7 +9,7 @@ from fe_models.arrays import BoolArray, FloatArray
 from fe_models.linear import LinearModel
 from fe_models.pictures import symbols
 from fe_models.pictures.axes import draw_axes
-from fe_models.pictures.drawing import INK, WHITE, Color, Patch, Picture, Text, disc, stroke
+from fe_models.pictures.drawing import INK, LIGHT, WHITE, Color, Patch, Picture, Text, disc, stroke
 from fe_models.pictures.effect_marks import elsewhere, mark_entries, marks_of
 from fe_models.pictures.figure import MARGIN, View
 from fe_models.pictures.geometry import Outline, deformed_lines, outline
@@ -46,6 +46,8 @@ BEAM_COLOR: Color = (205, 205, 205)  # of beams with edges
 WIDTHS = (1600, 2200, 3000, 4000)  # px
 MAX_HEIGHT_SHARE = 0.68  # of a picture's width: how high the structure is drawn at most
 MOST_NUMBERED = 300  # nodes of matrices: of more, those with sensors have numbers alone
+MOST_DOTTED = 5000  # nodes: of more, dots would hide the lines, and numbers find no room between them
+MOST_LINES = 5000  # that stand by themselves; more are fine and pale, or they would be one dark face
 MAX_LEADER_SHARE = 0.02  # of the numbers that a line joins to their places, where a larger picture has room for fewer
 GRID_SPACING = 5.0  # px between the points by which numbers are kept off supports
 MAX_PLACINGS = 3  # of placing numbers, those first that found no room the time before
@@ -128,7 +130,7 @@ def _drawn(subject: Subject, view: View) -> Drawn:
     line_points = np.vstack([np.zeros((0, 2)), *along])
     arrows = arrows_of(sensors, shape, view, line_points)
     pointed = np.vstack([np.zeros((0, 2)), *(arrow.points for arrow in arrows)])
-    dots = nodes if len(nodes) < 5000 else nodes[:0]
+    dots = nodes if len(nodes) <= MOST_DOTTED else nodes[:0]
     obstacles = np.vstack([line_points, clear, pointed, dots, *_spirals(shape, view)])[None]
     marks = marks_of(model, shape, view) if isinstance(model, Structure) else []
     marks = [*pointer_marks(subject.pointers, shape, lines, view), *marks]
@@ -155,7 +157,9 @@ def _drawn(subject: Subject, view: View) -> Drawn:
             texts.append(text)
     thin, thick = _members(shape, view)
     behind = shades(subject.pointers, shape, lines, view)
-    patches = [*behind, *thin, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
+    crowded = sum(len(group.ends) for group in shape.groups if group.kind != "point") > MOST_LINES
+    first_drawn = [*thin, *behind] if crowded else [*behind, *thin]  # a face of fine lines hides what lies behind
+    patches = [*first_drawn, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
     left_out = tuple(number for number, out in zip(numbers, hidden[first:end], strict=True) if out)
     boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
     points = np.vstack([nodes, *(patch.points for patch in patches), *boxes])
@@ -194,7 +198,8 @@ def _members(shape: Outline, view: View) -> tuple[list[Patch], list[Patch]]:
         if group.kind == "spring":
             thin += [stroke(symbols.zigzag(line[0], line[-1], coil(shape, view)), 3, MEMBER_COLOR) for line in points]
         elif group.kind == "cable":
-            thin.append(stroke(ends, width, MEMBER_COLOR))
+            crowded = len(ends) > MOST_LINES
+            thin.append(stroke(ends, 1 if crowded else width, LIGHT if crowded else MEMBER_COLOR, caps=not crowded))
         elif group.kind == "beam":
             thick += [stroke(ends, width + 1, INK)] if edged else []
             thick.append(stroke(ends, width - 2, BEAM_COLOR if edged else MEMBER_COLOR))
@@ -237,12 +242,12 @@ def _nodes(model: Structure | LinearModel, shape: Outline, view: View, numbered:
         return patches
     heavy = _massive(model)
     inner = np.setdiff1d(np.arange(len(places)), numbered)
-    if len(inner):
+    if 0 < len(inner) <= MOST_DOTTED:
         patches.append(disc(places[inner], 3.0, INK, sides=10))
     patches.append(disc(places[numbered], 5.5, INK, sides=16))
     if heavy:
         patches.append(disc(places[heavy], 7.5, INK, sides=20))
-    patches.append(disc(places[np.setdiff1d(numbered, heavy)], 3.5, WHITE, sides=16))
+    patches.append(disc(places[np.setdiff1d(np.array(numbered, dtype=np.int64), heavy)], 3.5, WHITE, sides=16))
     return patches
 
 

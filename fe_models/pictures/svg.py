@@ -36,31 +36,27 @@ def _outlines(patch: Patch) -> Iterator[tuple[Color, list[FloatArray]]]:
 
 def _loops(triangles: NDArray[np.int64]) -> list[list[int]]:
     """Return the closed lines about ``triangles`` (triangle, 3): edges that no two of them share."""
-    edges = {(int(a), int(b)) for one in triangles for a, b in zip(one, np.roll(one, -1), strict=True)}
+    begins, ends, count = triangles.ravel(), np.roll(triangles, -1, axis=1).ravel(), int(triangles.max()) + 1
+    edges = np.unique(begins * count + ends)
+    outer = edges[~np.isin(edges, ends * count + begins)]
     after = dict[int, list[int]]()
-    for a, b in sorted(edges):
-        if (b, a) not in edges:
-            after.setdefault(a, []).append(b)
+    for a, b in zip((outer // count).tolist(), (outer % count).tolist(), strict=True):
+        after.setdefault(a, []).append(b)
     loops = []
-    while after:
-        first = next(iter(after))
-        loop = [first]
-        while True:
-            following = after[loop[-1]]
-            end = following.pop()
-            if not following:
-                del after[loop[-1]]
-            if end == first:
-                break
-            loop.append(end)
-        loops.append(loop)
+    for first, onwards in after.items():
+        while onwards:
+            loop, end = [first], onwards.pop()
+            while end != first:
+                loop.append(end)
+                end = after[end].pop()
+            loops.append(loop)
     return loops
 
 
 def _area(loop: FloatArray) -> float:
     """Return twice the area that a closed line (point, 2) goes round, positive where it turns left."""
-    x, y = loop.T
-    return float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+    (x, y), (end_x, end_y) = loop.T, loop[np.arange(1, len(loop) + 1) % len(loop)].T
+    return float(x @ end_y - y @ end_x)
 
 
 def _path(loops: list[FloatArray], height: int) -> str:
