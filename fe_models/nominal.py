@@ -43,13 +43,8 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
         subject = assumed_structure(dataset)
         model = subject if isinstance(subject, LinearModel) else linearise(subject)
         given = natural_modes(model, dataset.assumptions.modes or min(most, mode_count(model)))
-    highest = dataset.lowpass or dataset.sampling_rate / 2
-    kept = np.flatnonzero(given.frequencies < highest)[:wanted]  # a given modal model may have them in any order
-    if len(kept) == 0:
-        raise InputError(
-            f"no natural frequency lies below {highest:g} Hz (the first is {given.frequencies.min():.4g} Hz):"
-            " check sampling_rate and lowpass, or the units of the model"
-        )
+    refuse_none_in_band(dataset, given.frequencies)
+    kept = np.flatnonzero(given.frequencies < _highest(dataset))[:wanted]  # a given modal model may have any order
     ratios = given.damping_ratio
     if dataset.assumptions.damping_ratio is not None:
         listed = damping_ratios(dataset.assumptions.damping_ratio, int(kept[-1]) + 1)
@@ -59,9 +54,28 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
 
 
 def require_mode_in_band(dataset: Dataset) -> None:
-    """Raise `InputError` where recordings cannot show a single mode of the model: a wrong rate, or wrong units."""
-    if dataset.recordings:
+    """Raise `InputError` where recordings cannot show a single mode of the model: a wrong rate, or wrong units.
+
+    Of matrices by groups whoever solves for their modes tells it, which may take minutes.
+    """
+    grouped = isinstance(dataset.model, LinearModel) and bool(dataset.model.groups)
+    if dataset.recordings and (not grouped or dataset.assumptions.modal_model is not None):
         nominal_modes(dataset, 1)
+
+
+def refuse_none_in_band(dataset: Dataset, frequencies: FloatArray) -> None:
+    """Raise `InputError` where none of the model's ``frequencies`` (mode,) Hz lies below the recordings' low-pass."""
+    highest = _highest(dataset)
+    if not (frequencies < highest).any():
+        raise InputError(
+            f"no natural frequency lies below {highest:g} Hz (the first is {frequencies.min():.4g} Hz):"
+            " check sampling_rate and lowpass, or the units of the model"
+        )
+
+
+def _highest(dataset: Dataset) -> float:
+    """Return the frequency (Hz) up to which recordings go."""
+    return dataset.lowpass or dataset.sampling_rate / 2
 
 
 def damping_ratios(assumed: float | tuple[float, ...], count: int) -> FloatArray:

@@ -11,7 +11,7 @@ from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mechanisms import describe_mechanism, factorise
-from fe_models.nominal import damping_ratios
+from fe_models.nominal import damping_ratios, refuse_none_in_band
 from fe_models.recordings import Dataset
 from fe_models.structure import TRANSLATIONS, Damping, Structure
 from fe_models.uncertain_parts import UncertainPart
@@ -103,11 +103,11 @@ def _coordinates(dataset: Dataset, highest: float) -> Coordinates:
     factors = _factors_of_large(model)
     most = COORDINATES.most_modes if len(model.dofs.free_rows) > COORDINATES.most_whole else None
     modal, kept = followed_modes(dataset, model, highest, factors, most)
+    if dataset.recordings:
+        refuse_none_in_band(dataset, modal.frequencies)
     close = np.diff(modal.omega) < COORDINATES.min_separation * modal.omega[1:]
-    if close[:kept].any():
-        model = parted(model)
-        modal, kept = followed_modes(dataset, model, highest, factors, most)
-    return coordinates_of(model, modal, kept, dataset.sensors, factors)
+    searched = parted(model) if close[:kept].any() else model
+    return replace(coordinates_of(searched, modal, kept, dataset.sensors, factors), drawn=model)
 
 
 def parted(model: LinearModel) -> LinearModel:
