@@ -15,6 +15,7 @@ from fe_models.linear import LinearModel
 from fe_models.matrix_effects import matrix_changes_of, model_with_effects, pull_of
 from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
+from fe_models.sensing import seen
 from hybrid.diagnosis.nominal.any_model import any_nominal_model_of, with_parts_scaled
 from hybrid.diagnosis.nominal.config import COORDINATES
 from hybrid.diagnosis.nominal.coordinates import Coordinates, coordinates_of
@@ -94,6 +95,18 @@ def test_a_spring_and_a_mass_at_a_node_are_those_of_the_whole(frame: LinearModel
     np.testing.assert_allclose(1e4 * np.sum(own**2, axis=0), np.diag(shapes.T @ (dM @ shapes)), rtol=1e-6)
 
 
+def test_coordinates_take_effects_as_the_whole_does(frame: LinearModel, few: Coordinates) -> None:
+    """With places that follow them they are a model as any: natural modes, what sensors see, causes at nodes."""
+    node = next(iter(few.nodes))
+    causes = StiffnessChange((), 0.8, frame.groups[0].name), SupportSpring(node, "x", 2e8), AddedMass(node, 1e4)
+    exact = natural_modes(model_with_effects(frame, *causes), SHOWN)
+    found = natural_modes(model_with_effects(few.placed, *causes), SHOWN)
+    np.testing.assert_allclose(found.omega, exact.omega, rtol=5e-3)  # the spring alone moves the first by a tenth
+    sensor = (Sensor("top", TOP, "x", "acceleration", "1"),)
+    moved, expected = (np.abs(seen(own.dofs, sensor) @ own.shapes)[0] for own in (found, exact))
+    np.testing.assert_allclose(moved, expected, atol=0.02 * expected.max())
+
+
 def test_nodes_that_stand_for_others_move_most_apart(few: Coordinates, frame: LinearModel) -> None:
     every = {node for own, others in few.nodes.items() for node in (own, *others)}
     assert len(few.nodes) == 8
@@ -144,6 +157,12 @@ def test_equal_frequencies_are_parted_by_less_than_a_model_knows() -> None:
     assert 1e-4 < omega[1] / omega[0] - 1 < 1e-3
     along_x = np.abs(nominal.rows(SENSORS) @ nominal.modes[1]).max(axis=0)
     assert along_x[0] < 1e-9 < along_x[1] or along_x[1] < 1e-9 < along_x[0]
+
+
+def test_matrices_whose_modes_no_recording_can_show_are_refused() -> None:
+    data = Recording("r", np.random.default_rng(0).standard_normal((1, 200, 5)))
+    with pytest.raises(InputError, match=r"no natural frequency lies below 0.005 Hz .*check sampling_rate"):
+        any_nominal_model_of(Dataset(matrices_of(chain()), 0.01, SENSORS, (data,)))
 
 
 def test_matrices_without_groups_are_refused_with_the_remedy() -> None:

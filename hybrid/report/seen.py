@@ -56,10 +56,11 @@ def seen_in(dataset: Dataset, found: Answer) -> Seen:
         return Seen(dataset, None, None, responses, tuple(notes))
     single = {recording.name for recording in free.recordings if len(recording.data) == 1}
     known = {name: own for name, own in found.identified.items() if name in single}
+    models = _compared_models(dataset, found)
     shown = replace(free, recordings=_chosen(free.recordings, found.findings))
     try:
-        drawn = compare_recordings(shown, known=known)
-        extended = beside(drawn, shown.with_model(extended_model(found)))
+        drawn = compare_recordings(shown.with_model(models[0]), known=known)
+        extended = beside(drawn, shown.with_model(models[1]))
     except (InputError, np.linalg.LinAlgError) as error:
         notes.append(NOT_COMPARED.format(reason=" ".join(str(error).split())))
         return Seen(shown, None, None, responses, tuple(notes))
@@ -71,6 +72,13 @@ def extended_model(found: Answer) -> Structure | LinearModel:
     if isinstance(found.extended, Structure):
         return found.extended
     return model_with_effects(found.extended.calibrated, *found.extended.effects)
+
+
+def _compared_models(dataset: Dataset, found: Answer) -> tuple[Structure | LinearModel, Structure | LinearModel]:
+    """Return the model as drawn and that with what was found; matrices over few coordinates, which takes no time."""
+    if isinstance(found.extended, Structure):
+        return dataset.model, found.extended
+    return found.extended.drawn_in_few, found.extended.extended_in_few
 
 
 def _chosen(recordings: Sequence[Recording], findings: Sequence[Finding]) -> tuple[Recording, ...]:

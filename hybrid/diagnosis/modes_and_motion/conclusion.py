@@ -37,7 +37,6 @@ from hybrid.diagnosis.modes_and_motion.relative_stiffness import relatively_off
 from hybrid.diagnosis.modes_and_motion.unmatched_modes import UnmatchedModes, unmatched_modes
 from hybrid.diagnosis.next_measurement.by_modes import next_by_modes
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement
-from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.calibration import Calibrated, calibration_of
 from hybrid.diagnosis.outcome.extend import extended_structure
@@ -143,7 +142,7 @@ def concluded(evidence: ModesAndMotion, present: tuple[Sensor, ...]) -> ModalDia
         unexplained=1.0 if exchanged and not findings else left,
         states=states_of(measured, best),
         modes=paired_modes(measured, drawn, best),
-        extended=_extended(measured.nominal, best.theta[: best.nuisances], local.findings),
+        extended=_extended(measured, best.theta[: best.nuisances], local.findings),
         notes=(
             *notes_on_modes(measured, best, unmatched),
             *note_on_ratios(measured, ratios),
@@ -230,11 +229,11 @@ def _calibration(measured: ModalData, best: ModalFit) -> tuple[Calibrated, ...]:
     return calibration_of(replace(measured.nominal, spread=spread), theta, best.covariance)
 
 
-def _extended(nominal: NominalModel, theta: FloatArray, local: tuple[Finding, ...]) -> Structure | ExtendedMatrices:
+def _extended(measured: ModalData, theta: FloatArray, local: tuple[Finding, ...]) -> Structure | ExtendedMatrices:
     """Return the model with what was found built in; ``theta`` (nuisance,)."""
-    if nominal.coordinates is not None:
-        return extended_matrices(nominal, theta, local)
-    return extended_structure(nominal, theta, local)
+    if measured.nominal.coordinates is not None:
+        return extended_matrices(measured.nominal, measured.offset, theta, local)
+    return extended_structure(measured.nominal, theta, local)
 
 
 def _beside_unknown(finding: Finding, left: Discrepancy, recordings: int) -> Finding:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import FloatArray, IntArray
@@ -26,7 +26,7 @@ Dof = tuple[int, str]
 
 @dataclass(frozen=True)
 class Coordinates:
-    """``model``: the matrices over the coordinates; ``drawn``: those of the user. ``pulls``: how the places of sensors
+    """``model``: the matrices over the coordinates; ``drawn``: those of the user, over all of theirs. ``pulls``: how the places of sensors
     and of causes move with each coordinate, (coordinate,) each. ``nodes``: at which causes are sought, each with those
     that it stands for, as they move like it; ``masses``: what each weighs, kg, of ``whole_mass``.
     """
@@ -54,6 +54,19 @@ class Coordinates:
     def directions(self, node: int) -> list[str]:
         """Return the translations in which a node moves."""
         return [axis for axis in TRANSLATIONS if (node, axis) in self.pulls]
+
+    @property
+    def placed(self) -> LinearModel:
+        """The ``model`` with the places of sensors and of causes as degrees of freedom that follow the coordinates."""
+        nodes, directions = zip(*self.pulls, strict=True)
+        own, followers = len(self.model.dofs), csr_array(np.array(list(self.pulls.values())))
+        dofs = DofMap(
+            np.append(np.ones(own, dtype=np.int64), nodes),
+            np.append(self.model.dofs.direction, directions),
+            np.arange(own + len(nodes)) < own,
+            csr_array(vstack([csr_array((own, own)), followers])),
+        )
+        return replace(self.model, dofs=dofs, coordinates=self.drawn.coordinates)
 
     def scaled(self, quantities: Sequence[tuple[str, str, float]]) -> "Coordinates":
         """Return the coordinates with groups' shares so many times as large: quantity, name of the group, factor."""
