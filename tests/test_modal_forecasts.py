@@ -157,6 +157,24 @@ def test_the_door_asks_modes_where_a_recording_is_of_another_structure() -> None
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("names", ["ab", "aab", "aabb"])
+def test_a_change_is_forecast_that_no_other_recording_shows(names: str) -> None:
+    """Before and after, without recordings for testing: what a fit to the others cannot know is in the modes of the
+    first fifth.
+    """
+    truth = chain(OFF)
+    both = {"a": truth, "b": truth.with_effects(fe.StiffnessChange((3,), 0.9))}
+    found = diagnose(recorded({f"{name}{number}": both[name] for number, name in enumerate(names)}))
+    assert isinstance(found, ModalDiagnosis)
+    assert len(found.states) == 2
+    floor, before, after = found.noise_floor, *(found.scores[own]["measured"] for own in ("baseline", "extended"))
+    assert floor is not None
+    assert before is not None
+    assert before > 10 * floor
+    assert after == pytest.approx(floor, rel=0.2)
+
+
+@pytest.mark.slow
 def test_without_recordings_for_testing_each_is_forecast_by_the_others() -> None:
     truth = chain(OFF)
     dataset = recorded({"a": truth, "b": truth, "c": truth})

@@ -25,7 +25,10 @@ TESTED = "Recordings that were kept for testing, and never fitted, are forecast:
 NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something is left, see “What is not known”."
 REACHED = "The error is at the noise floor: a perfect model would forecast no better."
 PART = "; on the right the part where they differ most"
-IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
+IN_TURN = (
+    "No recording was kept for testing: each is forecast by what was found in the others, and one that is the only one"
+    " of its state by the modes of its own first fifth besides."
+)
 
 
 def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -> Section:

@@ -10,18 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from fe_models.recordings import TOLERANCE, Dataset
-from hybrid.diagnosis.discrepancy.config import SETTLING
-from hybrid.diagnosis.discrepancy.expected_modes import ExpectedModes, MotionClaim, expectation_of
+from hybrid.diagnosis.discrepancy.expected_modes import MotionClaim, expectation_of
 from hybrid.diagnosis.discrepancy.forecasting import Forecaster
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
-from hybrid.diagnosis.discrepancy.recorded_motions import errors_of_state, noise_in
-from hybrid.diagnosis.fitting.config import FORECAST
+from hybrid.diagnosis.discrepancy.recorded_motions import noise_in
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore, joined, shown_of
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import as_drawn
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit
-from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, without_recordings
+from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
+from hybrid.diagnosis.modes_and_motion.unseeing import Unseeing, in_turn
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
 from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY, is_at_floor
@@ -96,36 +95,32 @@ class ForecastMotion:
 
 def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Forecasts | None:
     """Return the forecasts of the recordings for testing by the ``drawn`` structure, and as the ``motion`` was
-    explained; without any, those of the recordings for training, each by what was fitted to others.
+    explained; without any, those of the recordings for training, each by what was fitted to others (`in_turn`).
 
     None where known forces drove them, there is one alone, or the drawn structure has no modes.
     """
-    if dataset.select("test"):
-        parts = [(dataset, motion)]
-    else:
-        count = len(dataset.select("train"))
-        folds = min(FORECAST.max_folds, count) if count > 1 else 0
-        apart = [without_recordings(motion, dataset, range(count)[number::folds]) for number in range(folds)]
-        parts = [part for part in apart if part is not None]
-    if not parts or any(recording.is_driven for recording in dataset.recordings):
+    if any(recording.is_driven for recording in dataset.recordings):
         return None
-    spaces = _drawn(dataset, drawn)
+    parts = [Unseeing.of(dataset, motion)] if dataset.select("test") else in_turn(dataset, motion)
+    spaces = _drawn(dataset, drawn) if parts else []
     if not spaces:
         return None
-    each = [_forecasts(own, drawn.measured, spaces, unseeing) for own, unseeing in parts]
+    each = [_forecasts(part, drawn.measured, spaces) for part in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
     return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance)
 
 
-def _forecasts(dataset: Dataset, measured: ModalData, drawn: Sequence[ModalSpace], motion: MotionFit) -> Forecasts:
+def _forecasts(unseeing: Unseeing, measured: ModalData, drawn: Sequence[ModalSpace]) -> Forecasts:
     """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
     of ``measured``.
     """
-    roles, train, test = _batches(dataset, motion.measured)
+    roles, train, test = _batches(unseeing.dataset, unseeing.measured)
     before = Forecaster.of(drawn, measured.nominal, None, train, roles)
-    after = Forecaster.of(_spaces(dataset, motion), motion.measured.nominal, motion.law, train, roles)
-    example = _example(test[0].take([0]), before, after)
-    return Forecasts(before.score(test), after.score(test), example, roles, dataset.assumptions.tolerance)
+    after = Forecaster.of(unseeing.spaces, unseeing.measured.nominal, unseeing.law, train, roles)
+    if unseeing.state is not None:
+        after = after.of_state(unseeing.state)
+    example, tolerance = _example(test[0].take([0]), before, after), unseeing.dataset.assumptions.tolerance
+    return Forecasts(before.score(test), after.score(test), example, roles, tolerance)
 
 
 def scored_by(spaces: Sequence[ModalSpace], measured: ModalData, dataset: Dataset, state: int) -> ForecastScore:
@@ -153,22 +148,6 @@ def _drawn(dataset: Dataset, drawn: NominalFit) -> list[ModalSpace]:
     fit = as_drawn(drawn.measured, drawn.fit)
     expected = expectation_of(MotionClaim(drawn.measured, fit, 1 / dataset.sampling_rate, (0,), ErrorSizes()))
     return [] if expected is None else [modes.space for modes in expected.modes]
-
-
-def _spaces(dataset: Dataset, motion: MotionFit) -> list[ModalSpace]:
-    """Return the modes of each state that recordings distinguish, where recordings have them."""
-    numbers = [number for number, recording in enumerate(dataset.select("train")) for _ in recording.data]
-    claim, settled = motion.fit.claim, motion.track.discrepancy.whole <= SETTLING.max_whole
-    states: dict[tuple[int, ...], ExpectedModes] = {}
-    for number, own in zip(numbers, motion.track.expected.modes, strict=True):
-        states.setdefault(claim.idle_in(number), own)
-    if settled or motion.law is not None:
-        return [own.space for own in states.values()]
-    found = []
-    for idle, own in states.items():
-        recordings = [number for number in dict.fromkeys(numbers) if claim.idle_in(number) == idle]
-        found.append(own.moved_by(errors_of_state(motion.measured, motion.fit, own, recordings)).space)
-    return found
 
 
 def _example(batch: Batch, before: Forecaster, after: Forecaster) -> Example:
