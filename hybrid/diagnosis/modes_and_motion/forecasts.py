@@ -33,7 +33,8 @@ NEGLIGIBLE_SHARE = WHOLLY / 3  # of the drawn structure's wrong energy, however 
 @dataclass(frozen=True, eq=False, repr=False)
 class Forecasts:
     """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
-    ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`.
+    ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`; whether some are
+    ``of_first_fifths``: of recordings of whose state nothing else was known.
     """
 
     before: ForecastScore
@@ -41,6 +42,7 @@ class Forecasts:
     example: Example
     roles: SensorRoles
     tolerance: float = TOLERANCE
+    of_first_fifths: bool = False
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:
@@ -107,7 +109,8 @@ def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Fore
         return None
     each = [_forecasts(part, drawn.measured, spaces) for part in parts]
     before, after = joined([part.before for part in each]), joined([part.after for part in each])
-    return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance)
+    alone = any(part.state is not None for part in parts)
+    return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance, alone)
 
 
 def _forecasts(unseeing: Unseeing, measured: ModalData, drawn: Sequence[ModalSpace]) -> Forecasts:
