@@ -56,7 +56,7 @@ def nominal_modes(dataset: Dataset, most: int) -> ModalModel:
 def require_mode_in_band(dataset: Dataset) -> None:
     """Raise `InputError` where recordings cannot show a single mode of the model: a wrong rate, or wrong units.
 
-    Of matrices by groups whoever solves for their modes tells it, which may take minutes.
+    Matrices by groups, whose modes may take minutes, are checked where these are solved for.
     """
     grouped = isinstance(dataset.model, LinearModel) and bool(dataset.model.groups)
     if dataset.recordings and (not grouped or dataset.assumptions.modal_model is not None):
@@ -64,7 +64,7 @@ def require_mode_in_band(dataset: Dataset) -> None:
 
 
 def refuse_none_in_band(dataset: Dataset, frequencies: FloatArray) -> None:
-    """Raise `InputError` where none of the model's ``frequencies`` (mode,) Hz lies below the recordings' low-pass."""
+    """Raise `InputError` where none of the model's ``frequencies`` (mode,) Hz is one that recordings go up to."""
     highest = _highest(dataset)
     if not (frequencies < highest).any():
         raise InputError(

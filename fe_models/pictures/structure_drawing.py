@@ -157,8 +157,7 @@ def _drawn(subject: Subject, view: View) -> Drawn:
             texts.append(text)
     thin, thick = _members(shape, view)
     behind = shades(subject.pointers, shape, lines, view)
-    crowded = sum(len(group.ends) for group in shape.groups if group.kind != "point") > MOST_LINES
-    first_drawn = [*thin, *behind] if crowded else [*behind, *thin]  # a face of fine lines hides what lies behind
+    first_drawn = [*thin, *behind] if _is_crowded(shape) else [*behind, *thin]  # a face of lines hides what is behind
     patches = [*first_drawn, *grounds, *supports, *thick, *joints, *_nodes(model, shape, view, numbered), *signs]
     left_out = tuple(number for number, out in zip(numbers, hidden[first:end], strict=True) if out)
     boxes = [label.boxes(offset[None])[:, 0, 0] for label, offset in zip(labels, offsets, strict=True)]
@@ -195,17 +194,23 @@ def _members(shape: Outline, view: View) -> tuple[list[Patch], list[Patch]]:
     for group, (width, edged) in zip(still, line_styles(shape), strict=True):
         points = view(group.points)
         ends = points[:, [0, -1]]
-        if group.kind == "spring":
+        if group.kind != "point" and _is_crowded(shape):
+            thin.append(stroke(ends, 1, LIGHT, caps=False))
+        elif group.kind == "spring":
             thin += [stroke(symbols.zigzag(line[0], line[-1], coil(shape, view)), 3, MEMBER_COLOR) for line in points]
         elif group.kind == "cable":
-            crowded = len(ends) > MOST_LINES
-            thin.append(stroke(ends, 1 if crowded else width, LIGHT if crowded else MEMBER_COLOR, caps=not crowded))
+            thin.append(stroke(ends, width, MEMBER_COLOR))
         elif group.kind == "beam":
             thick += [stroke(ends, width + 1, INK)] if edged else []
             thick.append(stroke(ends, width - 2, BEAM_COLOR if edged else MEMBER_COLOR))
     for node, direction in shape.grounded:
         thin += ground_spring(shape, view, node, direction, view(shape.coordinates[node]), 1.0, MEMBER_COLOR)
     return thin, thick
+
+
+def _is_crowded(shape: Outline) -> bool:
+    """Whether there are more lines than stand apart."""
+    return sum(len(group.ends) for group in shape.groups if group.kind != "point") > MOST_LINES
 
 
 def _supports(shape: Outline, view: View) -> list[Patch]:
@@ -242,7 +247,7 @@ def _nodes(model: Structure | LinearModel, shape: Outline, view: View, numbered:
         return patches
     heavy = _massive(model)
     inner = np.setdiff1d(np.arange(len(places)), numbered)
-    if 0 < len(inner) <= MOST_DOTTED:
+    if len(inner) and len(places) <= MOST_DOTTED:
         patches.append(disc(places[inner], 3.0, INK, sides=10))
     patches.append(disc(places[numbered], 5.5, INK, sides=16))
     if heavy:
@@ -314,7 +319,8 @@ def _note(model: Structure | LinearModel, shape: Outline, left_out: tuple[Number
 
 def _entries(subject: Subject) -> list[Entry]:
     model, shape = subject.model, subject.shape
-    entries = [entry for entry in member_entries(shape, MEMBER_COLOR) if entry[0] not in ("node", "mass")]
+    color = LIGHT if _is_crowded(shape) else MEMBER_COLOR
+    entries = [entry for entry in member_entries(shape, color) if entry[0] not in ("node", "mass")]
     heavy = _massive(model)
     if shape.masses:
         entries.append(("mass, node number in it", lambda at: symbols.mass(at, 24, WHITE)))

@@ -143,16 +143,16 @@ def _is_settled(found: Answer) -> bool:
 
 def _explains(found: ModalDiagnosis) -> bool:
     """Return whether an answer leaves nothing open, forecasts as near to the noise as a structure that is nearly right
-    must come: a law that only resembles what acts may do much better than none. Of the only recording of a state the
-    motion itself must be that of the structure found: too little else is known of it to forecast it as well.
+    must come: a law that only resembles what acts may do much better than none. Of the only recording of a state
+    too little is known to forecast it as well.
     """
     forecasts = found.forecasts
     if found.verdict.is_wanting:
         return False
+    if forecasts is not None and forecasts.alone:
+        forecasts = forecasts.shared
     if forecasts is None:
         return True
-    if forecasts.of_first_fifths:
-        return not found.strays
     error = forecasts.scores["extended"]["measured"] or 0.0
     return error <= NEAR * forecasts.floor or forecasts.unexplained < CLEARLY
 

@@ -6,6 +6,7 @@ from fe_models.directions import direction_words
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.learned.gain import Gain
+from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.observed.example import Example, draw_example
 from hybrid.diagnosis.outcome.verdict import NEAR, is_at_floor
 from hybrid.report.drawings import drawn
@@ -25,10 +26,8 @@ TESTED = "Recordings that were kept for testing, and never fitted, are forecast:
 NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something is left, see “What is not known”."
 REACHED = "The error is at the noise floor: a perfect model would forecast no better."
 PART = "; on the right the part where they differ most"
-IN_TURN = (
-    "No recording was kept for testing: each is forecast by what was found in the others, and one that is the only one"
-    " of its state by the modes of its own first fifth besides."
-)
+IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
+ALONE = "One that is the only one of its state is forecast by the modes of its own first fifth besides."
 
 
 def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -> Section:
@@ -38,6 +37,8 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
         return Section("better", title, (Paragraph(NO_FORECASTS),))
     tests = list(dict.fromkeys(recording.name for recording in dataset.select("test")))
     which = TESTED.format(names=_listed(tests)) if tests else IN_TURN
+    if isinstance(found, ModalDiagnosis) and found.forecasts is not None and found.forecasts.alone:
+        which = f"{which} {ALONE}"
     blocks: list[Block] = [Paragraph(f"{which} {HOW}"), _scores(found, gain)]
     error = found.scores["extended"]["measured"]
     if is_at_floor(error, found.noise_floor, dataset.assumptions.tolerance):

@@ -22,8 +22,8 @@ from hybrid.identification.identification import identify
 
 
 def with_first_fifth_of(dataset: Dataset, measured: ModalData, recording: int) -> ModalData | None:
-    """Return what was ``measured``, of one training ``recording`` the modes of its first fifth; None where that shows
-    none.
+    """Return what was ``measured``, with the modes of the first fifth of one training ``recording`` in place of all of
+    its own; None where that shows none.
     """
     own = dataset.select("train")[recording]
     columns = list(measured_columns(dataset))

@@ -5,7 +5,7 @@ them: a real structure's are some thousandths off those of any model.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import as_drawn
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit
+from hybrid.diagnosis.modes_and_motion.left_out import LeftOut, in_turn
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
-from hybrid.diagnosis.modes_and_motion.unseeing import Unseeing, in_turn
 from hybrid.diagnosis.observed.example import Example
 from hybrid.diagnosis.outcome.forecasts import share_left
 from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY, is_at_floor
@@ -33,8 +33,9 @@ NEGLIGIBLE_SHARE = WHOLLY / 3  # of the drawn structure's wrong energy, however 
 @dataclass(frozen=True, eq=False, repr=False)
 class Forecasts:
     """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
-    ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`; whether some are
-    ``of_first_fifths``: of recordings of whose state nothing else was known.
+    ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`; whether recordings
+    are among them that are ``alone`` in their state, of which but the first fifth was known, and then the forecasts of
+    the others, whose states are ``shared``, None where there are none.
     """
 
     before: ForecastScore
@@ -42,7 +43,8 @@ class Forecasts:
     example: Example
     roles: SensorRoles
     tolerance: float = TOLERANCE
-    of_first_fifths: bool = False
+    alone: bool = False
+    shared: "Forecasts | None" = None
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:
@@ -99,30 +101,37 @@ def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Fore
     """Return the forecasts of the recordings for testing by the ``drawn`` structure, and as the ``motion`` was
     explained; without any, those of the recordings for training, each by what was fitted to others (`in_turn`).
 
-    None where known forces drove them, there is one alone, or the drawn structure has no modes.
+    None where known forces drove them, there is but one, the drawn structure has no modes, or no first fifth shows any.
     """
     if any(recording.is_driven for recording in dataset.recordings):
         return None
-    parts = [Unseeing.of(dataset, motion)] if dataset.select("test") else in_turn(dataset, motion)
+    parts = [LeftOut.of(dataset, motion)] if dataset.select("test") else in_turn(dataset, motion)
     spaces = _drawn(dataset, drawn) if parts else []
     if not spaces:
         return None
     each = [_forecasts(part, drawn.measured, spaces) for part in parts]
-    before, after = joined([part.before for part in each]), joined([part.after for part in each])
-    alone = any(part.state is not None for part in parts)
-    return Forecasts(before, after, each[0].example, each[0].roles, each[0].tolerance, alone)
+    shared = [own for own, part in zip(each, parts, strict=True) if part.state is None]
+    if len(shared) == len(each):
+        return _joined(each)
+    return replace(_joined(each), alone=True, shared=_joined(shared) if shared else None)
 
 
-def _forecasts(unseeing: Unseeing, measured: ModalData, drawn: Sequence[ModalSpace]) -> Forecasts:
+def _joined(parts: Sequence[Forecasts]) -> Forecasts:
+    """Return the forecasts of all ``parts``, with the example of the first."""
+    before, after = joined([part.before for part in parts]), joined([part.after for part in parts])
+    return replace(parts[0], before=before, after=after)
+
+
+def _forecasts(left_out: LeftOut, measured: ModalData, drawn: Sequence[ModalSpace]) -> Forecasts:
     """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
     of ``measured``.
     """
-    roles, train, test = _batches(unseeing.dataset, unseeing.measured)
+    roles, train, test = _batches(left_out.dataset, left_out.measured)
     before = Forecaster.of(drawn, measured.nominal, None, train, roles)
-    after = Forecaster.of(unseeing.spaces, unseeing.measured.nominal, unseeing.law, train, roles)
-    if unseeing.state is not None:
-        after = after.of_state(unseeing.state)
-    example, tolerance = _example(test[0].take([0]), before, after), unseeing.dataset.assumptions.tolerance
+    after = Forecaster.of(left_out.spaces, left_out.measured.nominal, left_out.law, train, roles)
+    if left_out.state is not None:
+        after = after.of_state(left_out.state)
+    example, tolerance = _example(test[0].take([0]), before, after), left_out.dataset.assumptions.tolerance
     return Forecasts(before.score(test), after.score(test), example, roles, tolerance)
 
 

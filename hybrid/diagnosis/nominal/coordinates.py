@@ -26,7 +26,8 @@ Dof = tuple[int, str]
 
 @dataclass(frozen=True)
 class Coordinates:
-    """``model``: the matrices over the coordinates; ``drawn``: those of the user, over all degrees of freedom.
+    """``model``: the matrices over the coordinates; ``drawn``: those of the user, over all degrees of freedom
+    (both scaled alike, once they are).
     ``pulls``: how the places of sensors and of causes move with each coordinate, (coordinate,) each. ``nodes``: at
     which causes are sought, each with those that it stands for, as they move like it; ``masses``: what each weighs, kg,
     of ``whole_mass``.

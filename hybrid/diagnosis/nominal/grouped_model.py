@@ -106,6 +106,7 @@ def _coordinates(dataset: Dataset, highest: float) -> Coordinates:
     if dataset.recordings:
         refuse_none_in_band(dataset, modal.frequencies)
     close = np.diff(modal.omega) < COORDINATES.min_separation * modal.omega[1:]
+    # the span of the modes holds those of the parted model, too: they need not be solved for
     searched = parted(model) if close[:kept].any() else model
     return replace(coordinates_of(searched, modal, kept, dataset.sensors, factors), drawn=model)
 

@@ -20,8 +20,9 @@ from hybrid.diagnosis.outcome.findings import Finding
 
 @dataclass(frozen=True)
 class ExtendedMatrices:
-    """The ``calibrated`` matrices, and the ``effects`` that were found on top of them; the ``drawn`` ones, and what was
-    found, over the few coordinates that were searched: ``drawn_in_few``, ``extended_in_few``.
+    """The ``calibrated`` matrices, and the ``effects`` that were found on top of them; stiffness and mass of the
+    drawn ones, and with what was found, over the few coordinates that were searched: ``drawn_in_few``,
+    ``extended_in_few``.
     """
 
     calibrated: LinearModel

@@ -16,7 +16,7 @@ from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, kept_for_tes
 
 
 @dataclass(frozen=True, eq=False)
-class Unseeing:
+class LeftOut:
     """A ``dataset`` whose recordings for testing were not seen when the others were ``measured`` and fitted: the modes
     of all states, ``spaces``, with a force ``law`` in them; the number of the ``state`` to take, None where the
     recordings themselves tell.
@@ -29,35 +29,35 @@ class Unseeing:
     state: int | None = None
 
     @classmethod
-    def of(cls, dataset: Dataset, motion: MotionFit) -> "Unseeing":
+    def of(cls, dataset: Dataset, motion: MotionFit) -> "LeftOut":
         """Return what the ``motion`` of the recordings for training was fitted as."""
         return cls(dataset, motion.measured, _spaces(dataset, motion), motion.law)
 
 
-def in_turn(dataset: Dataset, motion: MotionFit) -> list[Unseeing]:
+def in_turn(dataset: Dataset, motion: MotionFit) -> list[LeftOut]:
     """Return what was fitted without some of the recordings for training, until each was left out; of a state never
-    all. A recording alone in its state is left out but for the modes of its first fifth, unless a law is in these.
+    all. A recording alone in its state is left out but for the modes of its first fifth; these show no force law, and
+    with one recordings are left out whatever their state.
     """
     count, states = len(dataset.select("train")), dict[tuple[int, ...], list[int]]()
     for number in range(count if count > 1 else 0):
-        states.setdefault(motion.fit.claim.idle_in(number), []).append(number)
+        states.setdefault(() if motion.law else motion.fit.claim.idle_in(number), []).append(number)
     shared = [own for own in states.values() if len(own) > 1]
     folds = min(FORECAST.max_folds, max(map(len, shared), default=0))
     groups = [sorted(number for own in shared for number in own[fold::folds]) for fold in range(folds)]
     apart = [without_recordings(motion, dataset, group) for group in groups]
-    parts = [Unseeing.of(*part) for part in apart if part is not None]
-    alone = [own[0] for own in states.values() if len(own) == 1 and motion.law is None]
-    singles = (_left_alone(dataset, motion, number) for number in alone[: FORECAST.max_folds])
+    parts = [LeftOut.of(*part) for part in apart if part is not None]
+    singles = [_left_alone(dataset, motion, own[0]) for own in states.values() if len(own) == 1]
     return parts + [part for part in singles if part is not None]
 
 
-def _left_alone(dataset: Dataset, motion: MotionFit, recording: int) -> Unseeing | None:
+def _left_alone(dataset: Dataset, motion: MotionFit, recording: int) -> LeftOut | None:
     """Return what was fitted to all but one recording, and to the modes of its first fifth; None where it has none."""
     measured = with_first_fifth_of(dataset, motion.measured, recording)
     spaces = [] if measured is None else spaces_of(dataset, measured, motion.fit, recording)
     if measured is None or not spaces:
         return None
-    return Unseeing(kept_for_testing(dataset, [recording]), measured, spaces, state=0)
+    return LeftOut(kept_for_testing(dataset, [recording]), measured, spaces, state=0)
 
 
 def _spaces(dataset: Dataset, motion: MotionFit) -> list[ModalSpace]:
