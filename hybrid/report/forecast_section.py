@@ -27,7 +27,10 @@ NOT_REACHED = "The error is still {ratio:.2g} times the noise floor: something i
 REACHED = "The error is at the noise floor: a perfect model would forecast no better."
 PART = "; on the right the part where they differ most"
 IN_TURN = "No recording was kept for testing: each is forecast by what was found in the others."
-ALONE = "One that is the only one of its state is forecast by the modes of its own first fifth besides."
+ALONE = (
+    "One that is the only one of its state is forecast by the modes of its own first fifth besides: so little is known"
+    " of it that its error may lie above the noise floor though nothing is left."
+)
 
 
 def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -> Section:
@@ -37,13 +40,14 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
         return Section("better", title, (Paragraph(NO_FORECASTS),))
     tests = list(dict.fromkeys(recording.name for recording in dataset.select("test")))
     which = TESTED.format(names=_listed(tests)) if tests else IN_TURN
-    if isinstance(found, ModalDiagnosis) and found.forecasts is not None and found.forecasts.alone:
+    alone = isinstance(found, ModalDiagnosis) and found.forecasts is not None and found.forecasts.alone
+    if alone:
         which = f"{which} {ALONE}"
     blocks: list[Block] = [Paragraph(f"{which} {HOW}"), _scores(found, gain)]
     error = found.scores["extended"]["measured"]
     if is_at_floor(error, found.noise_floor, dataset.assumptions.tolerance):
         blocks.append(Paragraph(REACHED))
-    elif error is not None and error > NEAR * found.noise_floor:
+    elif error is not None and error > NEAR * found.noise_floor and not alone:
         blocks.append(Paragraph(NOT_REACHED.format(ratio=error / found.noise_floor)))
     example, after = found.example, "with what was found" if found.findings else "calibrated"
     blocks.append(
