@@ -1,7 +1,5 @@
 """What a change between recordings gains: those in which it acts, forecast with it and without (`first_fifth`)."""
 
-from dataclasses import replace
-
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.modal.evidence import ModalFit
@@ -20,8 +18,8 @@ def gains_of(dataset: Dataset, measured: ModalData, best: ModalFit) -> dict[int,
     every = len(measured.recordings)
     changes = [number for number, acts in enumerate(best.claim.acts) if len(acts) < every]
     asked = sorted({recording for number in changes for recording in best.claim.acts[number]})
-    begun = parallel_map(lambda own: with_first_fifth_of(dataset, measured, own), asked)
-    known = dict(zip(asked, begun, strict=True))
+    shown = parallel_map(lambda own: with_first_fifth_of(dataset, measured, own), asked)
+    known = dict(zip(asked, shown, strict=True))
     found = {}
     for number in changes:
         pairs = [_scores(dataset, known[own], best, number, own) for own in best.claim.acts[number]]
@@ -33,16 +31,16 @@ def gains_of(dataset: Dataset, measured: ModalData, best: ModalFit) -> dict[int,
 
 
 def _scores(
-    dataset: Dataset, unseeing: ModalData | None, best: ModalFit, number: int, recording: int
+    dataset: Dataset, measured: ModalData | None, best: ModalFit, number: int, recording: int
 ) -> tuple[ForecastScore, ForecastScore] | None:
     """Return how well a recording is forecast without a change, and with it."""
-    if unseeing is None:
+    if measured is None:
         return None
     kept = best.claim.hypothesis.parameters_of((number,))
-    both = [replace(best, claim=best.claim.less(number), theta=best.theta[kept]), best]
-    spaces = [spaces_of(dataset, unseeing, begun, recording) for begun in both]
+    both = ((best.claim.less(number), best.theta[kept]), (best.claim, best.theta))
+    spaces = [spaces_of(dataset, measured, best, recording, start) for start in both]
     if not all(spaces):
         return None
     tested = kept_for_testing(dataset, [recording])
-    without, with_change = (scored_by(own, unseeing, tested, state=0) for own in spaces)
+    without, with_change = (scored_by(own, measured, tested, state=0) for own in spaces)
     return without, with_change

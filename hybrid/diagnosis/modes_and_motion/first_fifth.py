@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.expected_modes import MotionClaim, expectation_of
@@ -14,6 +15,7 @@ from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import shown_of
+from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -42,18 +44,20 @@ def with_first_fifth_of(dataset: Dataset, measured: ModalData, recording: int) -
     return replace(measured, recordings=every)
 
 
-def spaces_of(dataset: Dataset, unseeing: ModalData, begun: ModalFit, recording: int) -> list[ModalSpace]:
-    """Return the modes that a ``recording`` has by a claim that is fitted anew to ``unseeing``, from where another fit
-    has ``begun``, and then those of the others that it says are of another state; none where the structure does not
-    stand.
+def spaces_of(
+    dataset: Dataset, measured: ModalData, best: ModalFit, recording: int, start: tuple[Claim, FloatArray] | None = None
+) -> list[ModalSpace]:
+    """Return the modes that a ``recording`` has by a claim that is fitted anew to what was ``measured``, and then those
+    of the others that it says are of another state; none where the structure does not stand.
+
+    ``start``: the claim, and where its fit begins; None: those of the ``best`` fit, whose errors are taken in any case.
     """
-    claim = begun.claim
-    inflation = {place: own for place, own in begun.inflation.items() if place[0] != recording}
-    known = unseeing, claim, begun.theta, begun.sizes, FORECAST.fold_iterations
-    fit = fit_claim(*known, errors_too=False, inflation=inflation)
+    claim, theta = start or (best.claim, best.theta)
+    inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
+    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False, inflation=inflation)
     if fit is None:
         return []
-    others = {claim.idle_in(own): own for own in range(len(unseeing.recordings))}
+    others = {claim.idle_in(own): own for own in range(len(measured.recordings))}
     others.pop(claim.idle_in(recording))
-    expected = expectation_of(MotionClaim(unseeing, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
-    return [] if expected is None else [own.space for own in as_identified(unseeing, fit, expected).modes]
+    expected = expectation_of(MotionClaim(measured, fit, 1 / dataset.sampling_rate, (recording, *others.values())))
+    return [] if expected is None else [own.space for own in as_identified(measured, fit, expected).modes]
