@@ -1,6 +1,8 @@
 """A sensor that keeps shapes from being those expected is named, and nothing else is."""
 
+import re
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,10 +10,13 @@ import pytest
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
+from hybrid.diagnosis.modal.measured_modes import MeasuredModes
+from hybrid.diagnosis.modes_and_motion.faulty_sensors import notes_on_sensors
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.identification.suspect_sensors import suspect_sensors
 from tests.hybrid_problems import chain_dataset, chain_modes
+from tests.test_modal_evidence import COUNT, SENSORS, chain, measured_of, modes_of
 
 EXPECTED = np.array([1.9, 6.3, 13.0])
 RNG = np.random.default_rng(0)
@@ -115,3 +120,42 @@ def test_a_comparison_names_the_sensor_that_keeps_it_from_its_work() -> None:
     except InputError as error:
         text = " ".join(error.faults)
     assert f"without sensor {name}: it shows -1 times what is expected" in text
+
+
+def exchanged(own: MeasuredModes) -> MeasuredModes:
+    """Return the modes as they look with the second and the fourth sensor in each other's place."""
+    return replace(own, shapes=own.shapes[:, [0, 3, 2, 1, 4]])
+
+
+def rate_of_third(own: MeasuredModes) -> MeasuredModes:
+    """Return the modes as they look where the third sensor shows a velocity."""
+    return replace(own, shapes=own.shapes * np.where(np.arange(COUNT) == 2, 1j * np.exp(own.log_omega)[:, None], 1.0))
+
+
+def turned_third(own: MeasuredModes) -> MeasuredModes:
+    """Return the modes as they look where the third sensor is mounted the other way round."""
+    return replace(own, shapes=own.shapes * np.where(np.arange(COUNT) == 2, -1.0, 1.0))
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (exchanged, "before, after: shapes at the frequencies of the model's modes .* with x2 and x4 in each other's"),
+        (
+            rate_of_third,
+            "before.* without sensor x3: it moves as an acceleration does that is stated as a velocity, or a vel",
+        ),
+        (turned_third, None),  # a gain is on the list of causes
+        (lambda own: own, None),
+    ],
+)
+def test_a_diagnosis_notes_faults_that_are_no_cause(
+    fault: Callable[[MeasuredModes], MeasuredModes], words: str | None
+) -> None:
+    rng = np.random.default_rng(3)
+    off = [chain(1 + 0.05 * rng.standard_normal(COUNT)) for _ in range(2)]
+    shown = (fault(modes_of(own, name, rng)) for own, name in zip(off, ("before", "after"), strict=True))
+    still = Dataset(chain(), 50.0, SENSORS, (Recording("before", rng.standard_normal((1, 100, COUNT))),))
+    notes = notes_on_sensors(measured_of(still, *shown))
+    assert len(notes) == (words is not None)
+    assert words is None or re.match(words, notes[0])

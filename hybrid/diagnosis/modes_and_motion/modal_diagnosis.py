@@ -27,6 +27,7 @@ from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
 from hybrid.diagnosis.modal.search import Search, probabilities
 from hybrid.diagnosis.modes_and_motion.change_gains import gains_of
 from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, ModesAndMotion, concluded
+from hybrid.diagnosis.modes_and_motion.faulty_sensors import notes_on_sensors
 from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion
 from hybrid.diagnosis.modes_and_motion.look import Look, look_at, rebased
 from hybrid.diagnosis.modes_and_motion.modes_less_law import measured_less_law
@@ -146,7 +147,7 @@ def _concluded(look: Look, known: _ClaimSearch, evidence: ModesAndMotion) -> Mod
         claims = replace(claims, gains=gains_of(look.dataset, claims.measured, claims.fits[0]))
     answer = concluded(replace(evidence, claims=claims), look.dataset.sensors)
     names = ", ".join(look.ambient)
-    about = (UNKNOWN_FORCES.format(names=names),) if names else ()
+    about = ((UNKNOWN_FORCES.format(names=names),) if names else ()) + notes_on_sensors(look.measured)
     kinds = {own.kind for own in known.search.candidates} | (known.laws if evidence.laws is not None else set())
     return replace(answer, notes=(*answer.notes, *about), identified=look.identified, competed=tuple(sorted(kinds)))
 
