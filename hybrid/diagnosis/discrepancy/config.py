@@ -12,6 +12,7 @@ class DiscrepancyConfig:
     max_size: float = 0.3  # ... and from a motion that no model has
     usual_start: float = 1e-2  # of either part, from where the most probable are sought, ...
     factors: tuple[float, ...] = (3.0, 1.7)  # ... by steps of an octave and a half, then of half as much
+    shrinking: float = 0.5  # ... and of both parts, beside all that modes may be, as long as less is more probable
     loose_size: float = 0.1  # where modes go their own way, as their amplitudes are found, ...
     loose_share: float = 3e-2
     passes: int = 4  # ... each time with those found before

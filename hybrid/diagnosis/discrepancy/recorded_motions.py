@@ -11,7 +11,7 @@ from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, MotionClaim, expectation_of
 from hybrid.diagnosis.discrepancy.following import followed, likeliest_discrepancy
 from hybrid.diagnosis.discrepancy.size import START
-from hybrid.diagnosis.discrepancy.tracking import Track, tracked
+from hybrid.diagnosis.discrepancy.tracking import Track, tracked, with_less_discrepancy
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -72,7 +72,7 @@ def track_of(dataset: Dataset, measured: ModalData, fit: ModalFit, sizes: ErrorS
         lambda pair: followed(pair[0], pair[1].data, pair[1].noise), list(zip(spaces, recorded, strict=True))
     )
     discrepancy = likeliest_discrepancy(list(zip(spaces, motions, strict=True)), START, DISCREPANCY.factors)
-    return tracked(claimed, expected, motions, discrepancy)
+    return with_less_discrepancy(tracked(claimed, expected, motions, discrepancy))
 
 
 def as_identified(measured: ModalData, fit: ModalFit, expected: Expectation) -> Expectation:

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.expected_modes import Expectation, ExpectedModes, MotionClaim, slopes_over_time
 from hybrid.diagnosis.discrepancy.following import FollowedMotion, filtered_by
 from hybrid.diagnosis.discrepancy.kalman import FilteredMotion, unexpected
@@ -69,6 +70,19 @@ def tracked(
     residuals = tuple(marginal.centred([own.white.ravel() for own in filtered]))
     evidence = marginal.log_density(residuals) + sum(own.log_scale for own in filtered) + discrepancy.log_prior
     return Track(discrepancy, claimed, expected, tuple(motions), filtered, residuals, marginal, float(evidence))
+
+
+def with_less_discrepancy(track: Track) -> Track:
+    """Return a track with a smaller discrepancy as long as that is more probable: beside modes that are held where they
+    are expected it may be many times as large as beside all that they may be.
+    """
+    while not track.discrepancy.is_small:
+        less = track.discrepancy.times(DISCREPANCY.shrinking, DISCREPANCY.shrinking)
+        found = tracked(track.claimed, track.expected, track.motions, less)
+        if found.evidence <= track.evidence:
+            break
+        track = found
+    return track
 
 
 def _filtered_with_slopes(
