@@ -17,6 +17,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.errors import InputError
 from fe_models.recordings import Uncertainty
 from fe_models.structure import Beam, Cable, Spring
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 
 CHAIN = BlindConfig(train=3, test=2, duration=15.0)
 BRIDGE = BlindConfig(structure="bridge", rich=False, train=2, test=1, duration=1.0)
@@ -169,3 +170,22 @@ def test_far_cases_hide_linear_kinds_by_default() -> None:
     exact, one = (set(default_words(replace(CHAIN, acts=acts))) for acts in ACTS)
     assert exact - one == {"time_integration"}
     assert NOTHING in one
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("seed", "kind", "location"),
+    [
+        (1792000, "stiffness_change", {"element": 48}),  # a tower that lost most of itself: modes change places
+        (1790001, "added_mass", {"node": 42}),  # of which a scan promises a third of what it gains
+    ],
+)
+def test_a_cause_that_scans_hardly_promise_is_found_far_from_the_drawing(
+    seed: int, kind: str, location: dict[str, object]
+) -> None:
+    """Of those that the modes tell by 30 nats and more: nothing that the search may miss."""
+    case = blind_case(seed, BlindConfig((kind,), structure="bridge", tier="far"))
+    found = diagnose_modes(case.dataset)
+    first = found.findings[0]
+    assert (first.cause.kind, first.cause.location) == (kind, location)
+    assert first.probability > 0.5

@@ -7,11 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import fe_models as fe
 from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modes_and_motion.faulty_sensors import notes_on_sensors
+from hybrid.diagnosis.modes_and_motion.modal_diagnosis import diagnose_modes
 from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.identification.suspect_sensors import suspect_sensors
@@ -159,3 +161,14 @@ def test_a_diagnosis_notes_faults_that_are_no_cause(
     notes = notes_on_sensors(measured_of(still, *shown))
     assert len(notes) == (words is not None)
     assert words is None or re.match(words, notes[0])
+
+
+@pytest.mark.slow
+def test_a_velocity_stated_as_an_acceleration_is_no_friction() -> None:
+    """Where modes are held as they are expected the motion strays as far as it does with friction."""
+    true = ("a1", "a2", "a4", "x4", "v3")
+    dataset = fe.simulate(fe.four_dof(), true, motions=12, duration=50.0, sampling_rate=10.0, noise=0.03)
+    stated = replace(dataset.sensors[-1], quantity="acceleration", unit="m/s^2")
+    found = diagnose_modes(replace(dataset, sensors=(*dataset.sensors[:-1], stated)))
+    assert [finding.cause.kind for finding in found.findings] == ["sensor_gain"]
+    assert any("moves as a velocity does that is stated as an acceleration" in note for note in found.notes)

@@ -15,7 +15,12 @@ from fe_models.arrays import FloatArray
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.inflation import Inflation, likeliest_inflation, log_prior_in
+from hybrid.diagnosis.modal.inflation import (
+    Inflation,
+    likeliest_inflation,
+    log_prior_in,
+    without_doubts_in_frequencies,
+)
 from hybrid.diagnosis.modal.likely_errors import likeliest_sizes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.modes_of_claim import predicted_by
@@ -35,7 +40,8 @@ class ModalFit:
     """The best ``theta`` (parameter,) of a claim, with the ``sizes`` of errors, and the log ``evidence``.
 
     ``residual`` (row,), nominal values at their centre, and ``slopes`` (row, parameter); ``lower``: the Cholesky factor
-    of the covariance of all ``rows``; ``covariance`` (parameter, parameter) of theta.
+    of the covariance of all ``rows``; ``covariance`` (parameter, parameter) of theta, and its inverse, the
+    ``precision``, in units of the root of theta's prior covariance, in which none is too large for another.
     """
 
     claim: Claim
@@ -47,6 +53,7 @@ class ModalFit:
     slopes: FloatArray
     lower: FloatArray
     covariance: FloatArray
+    precision: FloatArray
     evidence: float
     inflation: Inflation
 
@@ -74,10 +81,12 @@ def fit_claim(
     rounds: int = FIT.max_iterations,
     errors_too: bool = True,
     inflation: Inflation | None = None,
+    doubts_too: bool = False,
 ) -> ModalFit | None:
     """Return the best fit of a claim from ``theta`` (parameter,), None where the structure cannot stand there.
 
-    With the ``sizes`` of errors and their ``inflation`` as they are, or, ``errors_too``, as is likeliest.
+    With the ``sizes`` of errors and their ``inflation`` as they are, or, ``errors_too``, as is likeliest; or,
+    ``doubts_too``, with the likeliest inflation alone, but for modes whose shapes are not known.
     """
     inflation = inflation or {}
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
@@ -93,9 +102,11 @@ def fit_claim(
         at_centre = residual + slopes[:, :first] @ total
         rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
         try:
-            if errors_too and number % 2 == 1 and len(pairs):
-                sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations)
+            if (errors_too or doubts_too) and number % 2 == 1 and len(pairs):
+                sizes = likeliest_sizes(rows, at_centre, sizes, FIT.error_iterations) if errors_too else sizes
                 inflation = likeliest_inflation(measured, rows, at_centre, sizes, pairs)
+                if not errors_too:
+                    inflation = without_doubts_in_frequencies(measured, inflation)
                 rows = rows_of(measured, claim, pairs, known.covariance, slopes[:, :first], inflation)
             present = _evaluated(measured, claim, theta, sizes, pairs, rows, at_centre, slopes, inflation)
         except np.linalg.LinAlgError:  # next to nothing moves where shapes are referred to: no numbers hold that
@@ -146,7 +157,8 @@ def _evaluated(
 ) -> ModalFit:
     """Return the fit as it stands at ``theta``; ``residual`` at the nominal values' centre."""
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
-    lower = np.asarray(np.linalg.cholesky(rows.covariance(sizes)), dtype=np.float64)
+    known = rows.covariance_of_errors(sizes)
+    lower = np.asarray(np.linalg.cholesky(rows.with_values_unknown(sizes, known)), dtype=np.float64)
     white = solve_triangular(lower, residual, lower=True)
     evidence = float(-0.5 * white @ white - np.log(np.diag(lower)).sum()) + rows.log_constant + sizes.log_prior
     width = hypothesis.width[first:]
@@ -156,24 +168,12 @@ def _evaluated(
         off = (theta[first:] - hypothesis.centre[first:]) / width
         evidence += -0.5 * float(off @ off) - 0.5 * float(np.linalg.slogdet(normal)[1]) - float(np.log(width).sum())
     evidence += log_density_of_unpaired(measured, pairs) + log_prior_in(inflation, measured)
-    covariance = _covariance(rows, sizes, slopes, width)
-    return ModalFit(claim, theta, sizes, pairs, rows, residual, slopes, lower, covariance, evidence, inflation)
-
-
-def _covariance(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, width: FloatArray) -> FloatArray:
-    """Return the posterior covariance of theta (parameter, parameter)."""
     root = block_diag(rows.prior_root(sizes), np.diag(width))
-    return np.asarray(root @ np.linalg.inv(_precision(rows, sizes, slopes, root)) @ root.T)
-
-
-def _precision(rows: Rows, sizes: ErrorSizes, slopes: FloatArray, root: FloatArray) -> FloatArray:
-    """Return the inverse of the posterior covariance of values with these ``slopes``, in units of the ``root`` (value,
-    value) of their prior covariance, in which none is too large for another.
-    """
-    none = np.zeros((0, 0))
-    bare = replace(rows, slopes=np.zeros((len(rows.quantity), 0)), spread=np.zeros(0), correlation_root=none, kinds=())
-    whitened = solve_triangular(np.linalg.cholesky(bare.covariance(sizes)), slopes, lower=True) @ root
-    return np.asarray(whitened.T @ whitened + np.eye(len(root)))
+    shown = solve_triangular(np.linalg.cholesky(known), slopes, lower=True) @ root
+    precision = shown.T @ shown + np.eye(len(root))
+    covariance = root @ np.linalg.inv(precision) @ root.T
+    about = (residual, slopes, lower, covariance, precision)
+    return ModalFit(claim, theta, sizes, pairs, rows, *about, evidence, inflation)
 
 
 def _evidence_beyond(measured: ModalData, item: ModalFit) -> float:
@@ -183,7 +183,7 @@ def _evidence_beyond(measured: ModalData, item: ModalFit) -> float:
     first, root = item.nuisances, item.rows.prior_root(item.sizes)
     wanted = root @ (root.T @ (item.slopes[:, :first].T @ item.weighed))
     off = solve_triangular(root, wanted - measured.offset - item.theta[:first], lower=True)
-    return 0.5 * float(off @ _precision(item.rows, item.sizes, item.slopes[:, :first], root) @ off)
+    return 0.5 * float(off @ item.precision[:first, :first] @ off)
 
 
 def step_of(measured: ModalData, item: ModalFit) -> FloatArray:

@@ -59,6 +59,14 @@ def log_prior_in(inflation: Inflation, measured: ModalData) -> float:
     return total
 
 
+def without_doubts_in_frequencies(measured: ModalData, inflation: Inflation) -> Inflation:
+    """Return how errors are inflated, but for those of modes whose shapes are not known."""
+    return {
+        (recording, mode): own if measured.recordings[recording].has_shape[mode] else NOT_INFLATED
+        for (recording, mode), own in inflation.items()
+    }
+
+
 def likeliest_inflation(
     measured: ModalData, rows: Rows, residual: FloatArray, sizes: ErrorSizes, pairs: Pairs
 ) -> Inflation:

@@ -53,15 +53,23 @@ class Rows:
 
     def covariance(self, sizes: ErrorSizes) -> FloatArray:
         """Return the covariance (row, row) of all rows, nominal values marginalised."""
-        common, varying, sharing = self.common(sizes), self.varying(sizes), self.sharing
-        weighted = sharing * common[:, None]
-        total = self.own_noise + weighted @ weighted.T
+        return self.with_values_unknown(sizes, self.covariance_of_errors(sizes))
+
+    def with_values_unknown(self, sizes: ErrorSizes, known: FloatArray) -> FloatArray:
+        """Return a covariance (row, row) of all rows, where nominal values are ``known``, with these marginalised."""
+        moved = self.slopes @ self.prior_root(sizes)
+        return np.asarray(known + moved @ moved.T)
+
+    def covariance_of_errors(self, sizes: ErrorSizes) -> FloatArray:
+        """Return the covariance (row, row) of all rows where nominal values are known."""
+        common, varying = self.common(sizes), self.varying(sizes)
+        alike = self.shared[:, None] == self.shared
+        total = self.own_noise + alike * np.outer(common, common)
         total[np.diag_indices_from(total)] += varying**2
         if self.changed.any():
-            unknown = sharing * (self.unknown_change * sizes.change)[:, None]
-            total += unknown @ unknown.T
-        moved = self.slopes @ self.prior_root(sizes)
-        return np.asarray(total + moved @ moved.T)
+            unknown = self.unknown_change * sizes.change
+            total += alike * np.outer(unknown, unknown)
+        return np.asarray(total)
 
     def common(self, sizes: ErrorSizes) -> FloatArray:
         """Return the standard deviation (row,) of the error that a row's mode has in all recordings."""

@@ -155,9 +155,8 @@ class _Scan:
         slope = np.delete(slope, nothing, axis=1)
         precision = np.sum(slope**2, axis=-1) + 1 / width**2
         off = sizes - neutral
-        along = np.sum(slope * left, axis=-1) - off / width**2
-        step = along / precision
-        cost = np.sum(left**2, axis=-1) + (off / width) ** 2 - along**2 / precision
+        step = (np.sum(slope * left, axis=-1) - off / width**2) / precision
+        cost = np.sum((left - slope * step[..., None]) ** 2, axis=-1) + ((off + step) / width) ** 2
         gain = 0.5 * (float(start @ start) - cost) - 0.5 * np.log(precision * width**2)
         best = np.argmax(gain, axis=1)
         trials = []

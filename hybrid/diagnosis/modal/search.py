@@ -22,7 +22,7 @@ from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
-from hybrid.diagnosis.modal.inflation import NOT_INFLATED, Inflation
+from hybrid.diagnosis.modal.inflation import Inflation, without_doubts_in_frequencies
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
@@ -145,7 +145,7 @@ class Search:
         """
         drawn = None
         if null.sizes.values_are_off:
-            drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes(), {}))
+            drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes(), {}), doubts_too=False)
         if drawn is None:
             return []
         return self._with_another_cause([drawn], least=SCAN.min_share * (null.evidence - drawn.evidence))
@@ -196,32 +196,39 @@ class Search:
         nominal values are those that fit best with usual errors, but where it is known what is ``beside``.
         """
         right, changed = base.sizes.as_usual, base.claim.changed
-        almost = self._with_usual_errors(base) if beside is None else None
-        parts = [([self.everywhere] if changed else self.groups, almost or with_errors(self.measured, base, right))]
+        almost = self._with_usual_errors(base) if beside is None else []
+        parts = [([self.everywhere] if changed else self.groups, almost or [with_errors(self.measured, base, right)])]
         if changed:
             hardly = replace(right, change=SCAN.remaining_change * base.sizes.change)
-            parts.append(([changed], with_errors(self.measured, base, hardly)))
+            parts.append(([changed], [with_errors(self.measured, base, hardly)]))
         found = []
-        for groups, present in parts:
-            found_by_scan = scan(self.measured, present, self.candidates, groups)
-            trials = self._ranked_trials([trial for trial in found_by_scan if trial.gain > least])
-            more = [] if beside is None else [trial for trial in trials[SCAN.max_polished :] if beside.has(trial)]
-            starts = [_start(replace(present, sizes=right), trial) for trial in [*trials[: SCAN.max_polished], *more]]
+        for groups, bases in parts:
+            starts = list[Start]()
+            for present in bases:
+                found_by_scan = scan(self.measured, present, self.candidates, groups)
+                trials = self._ranked_trials([trial for trial in found_by_scan if trial.gain > least])
+                promising = _promising(trials, SCAN.max_polished // len(bases))
+                more = [] if beside is None else [trial for trial in trials[len(promising) :] if beside.has(trial)]
+                starts += [_start(replace(present, sizes=right), trial) for trial in [*promising, *more]]
             found += self._polished(starts)
         return found
 
-    def _with_usual_errors(self, base: ModalFit) -> ModalFit | None:
+    def _with_usual_errors(self, base: ModalFit) -> list[ModalFit]:
         """Return a fit's claim fitted with usual errors, and no doubt in frequencies alone, from where no element is
-        off by itself: None where that cannot stand.
+        off by itself; none where that cannot stand.
+
+        Where nominal values are off by more than was stated, also with doubts in modes, some of which may be taken for
+        others; not with these alone, as all modes of a recording that shows a change may be doubted.
         """
         nominal, theta = self.measured.nominal, base.theta.copy()
         single = slice(nominal.factors, nominal.values)
         theta[single] = -self.measured.offset[single]
-        trusted = {
-            place: own if self.measured.recordings[place[0]].has_shape[place[1]] else NOT_INFLATED
-            for place, own in base.inflation.items()
-        }
-        return self._fitted(Start(base.claim, theta, base.sizes.as_usual, trusted))
+        trusted = without_doubts_in_frequencies(self.measured, base.inflation)
+        start = Start(base.claim, theta, base.sizes.as_usual, trusted)
+        fitted = [self._fitted(start, doubts_too=False)]
+        if base.sizes.values_are_off:
+            fitted.append(self._fitted(start))
+        return [item for item in fitted if item is not None]
 
     def _ranked_trials(self, trials: Sequence[Trial]) -> list[Trial]:
         """Return trials by what they may gain of the log posterior, without those that are fitted anyway."""
@@ -252,10 +259,14 @@ class Search:
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.max_fitted]
         return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
 
-    def _fitted(self, start: Start) -> ModalFit | None:
-        """Return a start after a few rounds of fitting, the sizes of errors as they were."""
+    def _fitted(self, start: Start, doubts_too: bool = True) -> ModalFit | None:
+        """Return a start after a few rounds of fitting, the sizes of errors as they were.
+
+        ``doubts_too``: with doubts in modes as is likeliest. Values that are far off lead some of these to others'
+        places, and without doubts everything else with them.
+        """
         known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
-        return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation)
+        return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation, doubts_too=doubts_too)
 
     def _with_causes_taken_out(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
@@ -305,6 +316,13 @@ class Search:
         own = tuple(candidate for candidate in self.candidates if anywhere or candidate.key in touching)
         search, beside = replace(self, candidates=own), Touching(touching, best.claim.acts[number])
         return [] if base is None else search._with_another_cause([base], beside)
+
+
+def _promising(trials: Sequence[Trial], most: int) -> Sequence[Trial]:
+    """Return those of ranked trials, at ``most`` so many, that may be the best of them when fitted."""
+    least = SCAN.min_promise * max((trial.gain for trial in trials), default=0.0)
+    count = sum(trial.gain >= least for trial in trials)
+    return trials[: min(count, most)]
 
 
 def _start(base: ModalFit, trial: Trial) -> Start:
