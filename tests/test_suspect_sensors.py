@@ -18,7 +18,7 @@ from hybrid.identification.comparison_report import describe_compared
 from hybrid.identification.recording_comparison import compare_recordings
 from hybrid.identification.suspect_sensors import suspect_sensors
 from tests.hybrid_problems import chain_dataset, chain_modes
-from tests.test_modal_evidence import COUNT, SENSORS, chain, measured_of, modes_of
+from tests.test_modal_evidence import COUNT, RATE, SENSORS, chain, measured_of, modes_of
 
 EXPECTED = np.array([1.9, 6.3, 13.0])
 RNG = np.random.default_rng(0)
@@ -157,7 +157,7 @@ def test_a_diagnosis_notes_faults_that_are_no_cause(
     rng = np.random.default_rng(3)
     off = [chain(1 + 0.05 * rng.standard_normal(COUNT)) for _ in range(2)]
     shown = (fault(modes_of(own, name, rng)) for own, name in zip(off, ("before", "after"), strict=True))
-    still = Dataset(chain(), 50.0, SENSORS, (Recording("before", rng.standard_normal((1, 100, COUNT))),))
+    still = Dataset(chain(), RATE, SENSORS, (Recording("before", rng.standard_normal((1, 100, COUNT))),))
     notes = notes_on_sensors(measured_of(still, *shown))
     assert len(notes) == (words is not None)
     assert words is None or re.match(words, notes[0])

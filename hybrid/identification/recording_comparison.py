@@ -24,10 +24,9 @@ from hybrid.identification.identified_modes import IdentifiedModes
 from hybrid.identification.mode_changes import RecordingChange, changes_among
 from hybrid.identification.pairing import displacements_of, paired
 from hybrid.identification.shape_correlation import coordinate_mac
-from hybrid.identification.suspect_sensors import suspect_sensors
+from hybrid.identification.suspect_sensors import MODELS, suspect_sensors
 
 LISTED = 6  # modes in a message
-MODELS = "the model's"
 
 NOTHING_IN_COMMON = (
     "none of the model's modes is seen in all recordings, no more in {name!r}, which shows {shown}, where the model has"

@@ -24,6 +24,7 @@ from fe_models.arrays import TINY, ComplexArray, FloatArray
 from fe_models.modes import mac
 from hybrid.identification.config import COMPARISON, PAIRING, SUSPECT_SENSORS
 
+MODELS = "the model's"  # whose modes are expected, mostly
 DERIVATIVES = {
     -2: "as a displacement does that is stated as an acceleration",
     -1: "as a velocity does that is stated as an acceleration, or a displacement stated as a velocity",

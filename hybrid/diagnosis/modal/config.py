@@ -91,10 +91,10 @@ class ScanConfig:
     # of what nominal values gain that are off: what one cause must promise that they may stand for; scans are rough
     min_share: float = 0.5
     # claims of each scan that are fitted for a few rounds: those that promise this share of what the best does, as one
-    # may gain three times what is promised, or a third, where nominal values are far off
+    # may gain three times what is promised, or a third, where nominal values are far off, ...
     min_promise: float = 0.3
-    max_polished: int = 40
-    polishing_rounds: int = 8
+    max_polished: int = 40  # ... at most: a quarter of a minute's work, ...
+    polishing_rounds: int = 8  # ... each with so many, as values that are off by a fifth are far to go
     max_fitted: int = 4  # ... and those of them that are fitted whole
     max_kept: int = 2  # claims that the next cause is added to, ...
     beam_nats: float = 30.0  # ... but none that is so far behind: what it lacks, another cause would have to bring, too

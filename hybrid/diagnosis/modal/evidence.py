@@ -40,8 +40,8 @@ class ModalFit:
     """The best ``theta`` (parameter,) of a claim, with the ``sizes`` of errors, and the log ``evidence``.
 
     ``residual`` (row,), nominal values at their centre, and ``slopes`` (row, parameter); ``lower``: the Cholesky factor
-    of the covariance of all ``rows``; ``covariance`` (parameter, parameter) of theta, and its inverse, the
-    ``precision``, in units of the root of theta's prior covariance, in which none is too large for another.
+    of the covariance of all ``rows``; ``covariance`` (parameter, parameter) of theta; the inverse of that with these
+    sizes, ``precision``, in units of the root of theta's prior covariance, in which none is too large for another.
     """
 
     claim: Claim

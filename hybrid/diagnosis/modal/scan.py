@@ -57,6 +57,12 @@ def scan(
     return sorted((trial for trials in found for trial in trials), key=lambda trial: -trial.gain)
 
 
+def worth_a_fit(ranked: Sequence[Trial], most: int) -> Sequence[Trial]:
+    """Return the first of ``ranked`` trials, at ``most`` so many: as many as may be the best of all when fitted."""
+    least = SCAN.min_promise * max((trial.gain for trial in ranked), default=0.0)
+    return ranked[: min(sum(trial.gain >= least for trial in ranked), most)]
+
+
 def sizes_of(candidate: Candidate) -> FloatArray:
     """Return the sizes (size,) at which a cause is tried, in bounds."""
     sizes = np.unique(np.concatenate([candidate.neutral[0] + np.array(SCAN.sizes) * candidate.width[0], candidate.far]))

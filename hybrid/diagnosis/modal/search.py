@@ -24,7 +24,7 @@ from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
 from hybrid.diagnosis.modal.inflation import Inflation, without_doubts_in_frequencies
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes
+from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes, worth_a_fit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
@@ -207,7 +207,7 @@ class Search:
             for present in bases:
                 found_by_scan = scan(self.measured, present, self.candidates, groups)
                 trials = self._ranked_trials([trial for trial in found_by_scan if trial.gain > least])
-                promising = _promising(trials, SCAN.max_polished // len(bases))
+                promising = worth_a_fit(trials, SCAN.max_polished // len(bases))
                 more = [] if beside is None else [trial for trial in trials[len(promising) :] if beside.has(trial)]
                 starts += [_start(replace(present, sizes=right), trial) for trial in [*promising, *more]]
             found += self._polished(starts)
@@ -316,13 +316,6 @@ class Search:
         own = tuple(candidate for candidate in self.candidates if anywhere or candidate.key in touching)
         search, beside = replace(self, candidates=own), Touching(touching, best.claim.acts[number])
         return [] if base is None else search._with_another_cause([base], beside)
-
-
-def _promising(trials: Sequence[Trial], most: int) -> Sequence[Trial]:
-    """Return those of ranked trials, at ``most`` so many, that may be the best of them when fitted."""
-    least = SCAN.min_promise * max((trial.gain for trial in trials), default=0.0)
-    count = sum(trial.gain >= least for trial in trials)
-    return trials[: min(count, most)]
 
 
 def _start(base: ModalFit, trial: Trial) -> Start:

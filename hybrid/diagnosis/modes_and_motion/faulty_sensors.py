@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from fe_models.arrays import ComplexArray, FloatArray, IntArray
+from fe_models.arrays import ComplexArray, IntArray
+from hybrid.diagnosis.discrepancy.modal_space import roots_of
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.predicted_modes import PredictedModes, predicted_modes
-from hybrid.identification.suspect_sensors import SuspectSensors, suspect_sensors
-
-WHOSE = "the model's"
+from hybrid.identification.suspect_sensors import MODELS, SuspectSensors, suspect_sensors
 
 
 def notes_on_sensors(measured: ModalData) -> tuple[str, ...]:
@@ -25,21 +24,22 @@ def notes_on_sensors(measured: ModalData) -> tuple[str, ...]:
     for own in measured.recordings:
         suspect = _suspect(own, drawn, measured.orders)
         if suspect is not None and (suspect.derivative or len(suspect.sensors) > 1):
-            shown.setdefault(suspect.words(names, WHOSE), []).append(own.name)
+            shown.setdefault(suspect.words(names, MODELS), []).append(own.name)
     return tuple(f"{', '.join(recordings)}: {words}" for words, recordings in shown.items())
 
 
 def _suspect(own: MeasuredModes, modes: PredictedModes, orders: IntArray) -> SuspectSensors | None:
     """Return what keeps the shapes of a recording's ``own`` modes from being those of the structure's ``modes``."""
-    expected = _displacements(modes.log_omega[0], modes.ratios[0], modes.shapes[0], orders)
+    shown, expected = own.has_shape, _displacements(modes.roots[0], modes.shapes[0], orders)
     largest = np.take_along_axis(expected, np.argmax(np.abs(expected), axis=0)[None], axis=0)
-    shown = own.has_shape
-    found = _displacements(own.log_omega[shown], own.ratios[shown], own.shapes[shown], orders)
-    hertz = [np.exp(log_omega) / (2 * np.pi) for log_omega in (modes.log_omega[0], own.log_omega[shown])]
+    roots = roots_of(np.exp(own.log_omega[shown]), own.ratios[shown])
+    found = _displacements(roots, own.shapes[shown], orders)
+    hertz = [np.abs(every) / (2 * np.pi) for every in (modes.roots[0], roots)]
     return suspect_sensors(hertz[0], np.real(expected / largest), hertz[1], found)
 
 
-def _displacements(log_omega: FloatArray, ratios: FloatArray, shapes: ComplexArray, orders: IntArray) -> ComplexArray:
-    """Return shapes (sensor, mode) of displacements: of ``shapes`` (mode, sensor) that are over s to the ``orders``."""
-    root = np.exp(log_omega) * (-ratios + 1j * np.sqrt(np.maximum(1 - ratios**2, 0.0)))
-    return np.asarray((shapes / root[:, None] ** orders).T)
+def _displacements(roots: ComplexArray, shapes: ComplexArray, orders: IntArray) -> ComplexArray:
+    """Return shapes (sensor, mode) of displacements: of ``shapes`` (mode, sensor) each ``orders`` (sensor,) times
+    differentiated.
+    """
+    return np.asarray((shapes / roots[:, None] ** orders).T)
