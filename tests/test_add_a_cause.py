@@ -48,11 +48,11 @@ def quintic_spring(tmp_path: Path) -> Iterator[Any]:
 def recorded(cause: Any) -> Dataset:
     """Free vibrations of the chain with a cause in it, simulated in steps finer than the diagnosis' own."""
     rng, design = np.random.default_rng(5), four_dof()
-    start = rng.standard_normal((2, 8, 4))  # m and m/s
+    start = rng.standard_normal((2, 5, 4))  # m and m/s
     motion = simulate_free(design.with_effects(cause), start[0], start[1], FreeConfig(30.0, 10.0, 0.02), progress=False)
     data = np.stack([motion.shown(s) for s in SENSORS], axis=-1)
     data = data + NOISE * data.std(axis=(0, 1)) * rng.standard_normal(data.shape)
-    recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 6 else "test") for i, part in enumerate(data))
+    recordings = tuple(Recording(f"r{i}", part[None], "train" if i < 4 else "test") for i, part in enumerate(data))
     return Dataset(design, 10.0, SENSORS, recordings, assumptions=Assumptions(uncertainty=Uncertainty()))
 
 

@@ -126,6 +126,7 @@ def test_a_modal_model_that_is_not_there_is_named(tmp_path: Path) -> None:
     assert "none.npz" in result.output
 
 
+@pytest.mark.slow
 def test_a_sampled_force_is_as_far_off_as_its_course_between_the_samples() -> None:
     """What folds down onto the resonance at 0.1 of the rate has fallen as f^-8: (0.3 / 0.9)^8 = 1.5e-4 of what is
     there, and (0.4 / 0.9)^8 = 1.5e-3; a held force is late by half a sample, by 2 pi 0.1 / 2 = 0.31 of itself.

@@ -63,6 +63,7 @@ def test_places_that_do_as_well_are_fitted_one_after_the_other(temper: float, pl
     assert {item.hypothesis.candidates[0].location["node"] for item in found} == places
 
 
+@pytest.mark.slow
 def test_no_cause_moves_to_where_another_one_of_its_kind_is() -> None:
     """Two halves of one cause would do the same as the whole, and cost less beforehand."""
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))

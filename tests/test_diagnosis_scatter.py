@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from benchmarks.blind_cases.bridge_scene import free_motion
 from benchmarks.blind_cases.bridge_truth import off_by_uncertainty
@@ -90,6 +91,7 @@ def test_the_extended_structure_has_the_frequencies_of_the_fit() -> None:
     np.testing.assert_allclose(np.sqrt(omega2) / (2 * np.pi), built, rtol=0.01 * moved)
 
 
+@pytest.mark.slow
 def test_stated_deviation_holds_where_elements_are_off_by_themselves() -> None:
     mass, found = chosen(AddedMass.kind, node=12), []
     models = without_patterns(model_with(None)), model_with(None)

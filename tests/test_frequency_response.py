@@ -131,6 +131,7 @@ def test_an_extended_model_stands_beside_the_nominal_one() -> None:
     print(text)
 
 
+@pytest.mark.slow
 def test_functions_have_the_damping_that_the_dataset_assumes_and_no_force_laws() -> None:
     data = by_a_shaker()
     assumed = replace(data, assumptions=Assumptions(damping_ratio=0.2))

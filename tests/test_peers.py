@@ -32,6 +32,7 @@ def test_both_name_a_plain_stiffness_change() -> None:
     assert found.probability is None
 
 
+@pytest.mark.slow
 def test_regression_names_nothing_in_a_clean_case() -> None:
     assert name_by_regression(blind_case(15, SHORT).dataset).named == ()
 

@@ -16,7 +16,11 @@ from tests.test_odd_inputs import PORTAL, as_toml
     [
         ({"divisions": 10**18}, "divisions: is an integer beyond"),
         ({"divisions": 10**9}, "the structure has 3000000002 finite elements with divisions = 1000000000"),
-        ({"nodes": [[0.0, 0.0]] * 100_001}, "nodes: has 100001 items; at most 100000 are read"),
+        pytest.param(
+            {"nodes": [[0.0, 0.0]] * 100_001},
+            "nodes: has 100001 items; at most 100000 are read",
+            marks=pytest.mark.slow,  # reading them takes seconds
+        ),
         ({"directions": []}, "directions: there are none"),
         ({"nodes": 5}, "nodes: expected a list, found 5"),
         ({"sections": [5]}, "sections[1]: expected a table, found 5"),

@@ -72,6 +72,7 @@ def test_letters_that_a_terminal_lacks_are_spelt_out(cart: Path) -> None:
     assert (cart / "brücke/maß/model.npz").is_file()
 
 
+@pytest.mark.slow
 def test_a_full_disk_leaves_the_older_results_and_says_so(cart: Path) -> None:
     """The limit on the size of a file stands for a disk: what writes beyond either gets an error."""
     assert run(cart).returncode == 0

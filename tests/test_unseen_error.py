@@ -73,6 +73,7 @@ def test_the_held_out_sensor_takes_no_part(prepared: Prepared[Experts]) -> None:
     assert unseen_error(prepared.model, windows) == unseen_error(prepared.model, prepared.windows)
 
 
+@pytest.mark.slow
 def test_the_band_holds_a_day_that_nobody_saw() -> None:
     """Four days, frequencies 3 % apart at random; the bands of three of them on the fourth, each in turn.
 
