@@ -172,6 +172,21 @@ def test_a_change_between_recordings_is_dated() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize(
+    ("kind", "seed"), [("quadratic_damper", 125), ("coulomb_friction", 126), ("cubic_spring", 127)]
+)
+def test_what_came_between_two_recordings_is_named_by_the_second_alone(kind: str, seed: int) -> None:
+    """The modes of the second have a damper, or another spring, in its place."""
+    case = blind_case(seed, replace(CHAIN, kinds=(kind,), train=2, test=0, changed=1, duration=50.0))
+    found = diagnose_by_both(case.dataset)
+    marks = judge(case, found)
+    assert marks.first, marks
+    assert found.verdict is Verdict.EXPLAINED
+    assert found.findings[0].recordings == case.recordings == ("r02",)
+    assert all(marks.within)
+
+
+@pytest.mark.slow
 def test_a_change_between_the_motions_of_one_file_is_reported_by_their_number() -> None:
     case = blind_case(124, replace(CHAIN, kinds=("stiffness_change",), tier="off", changed=2))
     train, test = case.dataset.select("train"), case.dataset.select("test")

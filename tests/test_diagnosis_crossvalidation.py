@@ -65,6 +65,26 @@ def test_a_recording_that_alone_a_cause_spares_is_forecast_without_it() -> None:
     assert over.max() < 1.15  # as near as counts; the nominal model leaves 16 times the floor
 
 
+def test_a_recording_in_which_alone_a_cause_acts_tells_of_it_by_its_first_fifth() -> None:
+    """Left out whole, it was forecast as if nothing had changed; of the rest of it nothing is seen."""
+    case = blind_case(861, BlindConfig(("stiffness_change",), size=0.6, train=4, test=0, changed=3, duration=20.0))
+    setting = setting_of(case.dataset)
+    (truth,) = case.truth
+    places = {c.key: c for c in setting.candidates()}
+    hypothesis = setting.nominal_hypothesis.adding(places[f"{truth.kind} {truth.location}"])
+    (batch,) = setting.lengths.whole
+    batches = (replace(batch.take([0, 1, 2]), off=(0,)), batch.take([3]))
+    item = fit(hypothesis, hypothesis.centre, batches, setting.noise_model)
+    folds = folds_of(case.dataset, setting.measured, setting.searched)
+    assert item is not None
+    assert folds is not None
+    lengths = [sorted(part.samples for part in one.batches for _ in part.names) for one in folds.unseeing(item)]
+    assert lengths == [[201, 201, 201]] * 3 + [[41, 201, 201, 201]]
+    found, own = Scorer(setting, setting.noise_model, (), folds).forecast(item), list(setting.measured)
+    over = found.nrmse[:, own].mean(axis=1) / found.floor[:, own].mean(axis=1)
+    assert over.max() < 1.15  # as near as counts
+
+
 def test_recordings_are_reported_as_forecast_wrongly_only_where_they_were_kept_for_testing() -> None:
     wrong, floor = np.ones((6, 5)), np.ones((6, 5))
     wrong[4] = 1.2  # beyond what is near the floor

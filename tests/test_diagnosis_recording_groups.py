@@ -1,5 +1,6 @@
 """Recordings in two groups: what chance makes of them, and what those say that hardly feel a cause."""
 
+from dataclasses import replace
 from itertools import product
 
 import numpy as np
@@ -12,11 +13,11 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.odds import log_of_groups
-from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share
+from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share, each_of_two
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
-from hybrid.diagnosis.recorded.batches import as_made, batches_of, columns_of
+from hybrid.diagnosis.recorded.batches import Batch, as_made, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -31,6 +32,21 @@ def test_chance_hardly_makes_two_clear_groups(recordings: int) -> None:
     within = [drawn[:, :k].var(axis=1) * k + drawn[:, k:].var(axis=1) * (recordings - k) for k in range(1, recordings)]
     share = np.min(within, axis=0) / (drawn.var(axis=1) * recordings)
     assert np.mean(share < clear_share(recordings)) < 0.01  # as its docstring says
+
+
+@pytest.mark.parametrize("apart", [False, True])  # in batches of their own, as of two lengths
+def test_two_recordings_are_a_group_each_but_not_halves_of_one(apart: bool) -> None:
+    data = np.arange(12.0).reshape(2, 3, 2)
+    both = Batch(data, ("before", "after"), order=(0, 1), skipped=(0, 0))
+    found = each_of_two((both.take([0]), both.take([1])) if apart else (both,))
+    assert found is not None
+    for (group,), name, own in zip(found, both.names, data, strict=True):
+        assert group.names == (name,)
+        np.testing.assert_array_equal(group.data, own[None])
+    assert each_of_two((replace(both, names=("one", "one")),)) is not None  # two motions of one file
+    assert each_of_two((replace(both, names=("one", "one"), skipped=(0, 3)),)) is None
+    assert each_of_two((both.take([0]),)) is None
+    assert each_of_two((both, both)) is None
 
 
 def gap_stop() -> tuple[Dataset, Candidate]:

@@ -130,6 +130,16 @@ def clear_groups(asked: tuple[Asked, ...], batches: tuple[Batch, ...]) -> Groups
     return lower, upper
 
 
+def each_of_two(batches: tuple[Batch, ...]) -> Groups | None:
+    """Return two recordings as a group each; None of more or fewer, or where they are the halves of one."""
+    names = [name for batch in batches for name in batch.names]
+    begins = {begin for batch in batches for begin in batch.skipped or (0,)}
+    if len(names) != 2 or (len(set(names)) == 1 and len(begins) == 2):
+        return None
+    first, second = (replace(batch.take([number]), pieces=1) for batch in batches for number in range(len(batch.names)))
+    return (first,), (second,)
+
+
 def each_with(batches: tuple[Batch, ...], chosen: BoolArray) -> list[tuple[Batch, BoolArray]]:
     """Return each batch with the part of ``chosen`` (recording,) that tells of its recordings."""
     ends = np.cumsum([len(batch.names) for batch in batches])

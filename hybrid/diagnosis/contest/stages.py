@@ -25,7 +25,7 @@ from hybrid.diagnosis.contest.pairs import (
     pair_fits,
 )
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
-from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups
+from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups, each_of_two
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.shortlist import TIED, not_too_many_of_a_kind
 from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
@@ -74,10 +74,13 @@ class Search:
         """Return fits of causes that act in some recordings only, alone or beside another one."""
         posterior = self.posterior(fits)
         best = posterior.fits[0]
-        if not (runs_at_times(best) or self._may_change(best)):
+        two = each_of_two(self.lengths.whole)
+        if not (runs_at_times(best) or self._may_change(best) or (two is not None and self._may_act_in_one(best))):
             return []
         hears = self._hears("recordings apart")
         hears()
+        if two is not None:
+            return changed(self.reference, two, self.candidates, self.noise_model, hears)
         asked = asked_for(self.reference.short, self.candidates, self.noise_model)
         found = fit_switched(self.reference.short, best, asked, self.lengths, self.noise_model)
         after = self.posterior([*fits, *found])
@@ -251,6 +254,13 @@ class Search:
         rest = excess_energy(judged, self.own, self.band)
         hidden = factors_off(best) and rest.total > FAINT * rest.std
         return hidden or not forecasts_well(judged, self.own, WELL)
+
+    def _may_act_in_one(self, best: Fit) -> bool:
+        """Return whether the cause of the best fit to two recordings may act in one of them alone, where the other may
+        move too little to deny it.
+        """
+        thorough = effort_of(best.hypothesis.nominal).thorough
+        return bool(best.hypothesis.candidates) and (thorough or not self.is_enough(best))
 
     def _is_settled(self, best: Fit) -> bool:
         """Return whether nothing more is to be looked for beside the best fit."""

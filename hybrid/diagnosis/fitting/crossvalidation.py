@@ -1,15 +1,15 @@
 """Forecasts without test recordings: of each recording by what was fitted to the others."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
+from fe_models.arrays import BoolArray, FloatArray
 from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.config import FORECAST
-from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast, joined
+from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore, forecast, joined, shown_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -77,15 +77,39 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: NoiseModel) 
 
 
 def _without(item: Fit, left_out: list[FloatArray], noise_model: NoiseModel) -> Fit:
-    """Return the fit to the recordings that are not ``left_out`` (time, sensor)."""
-    batches, states = [], []
+    """Return the fit to the recordings that are not ``left_out`` (time, sensor), and to the first fifth of those of
+    them in which a cause acts that acts in no other: nothing else tells of it, and forecasts begin there.
+    """
+    kept, others = _Part(), _Part()
     for batch, own in zip(item.batches, item.states, strict=True):
-        kept = [
-            i for i, data in enumerate(batch.recorded) if not any(np.array_equal(data, other) for other in left_out)
-        ]
-        if kept:
-            batches.append(batch.take(kept))
-            states.append(own[kept])
+        is_left = np.array([any(np.array_equal(data, one) for one in left_out) for data in batch.recorded])
+        kept.add(batch, own, ~is_left)
+        others.add(batch, own, is_left)
+    known = {number for batch in kept.batches for number in _acting(item, batch)}
+    for batch, own in zip(others.batches, others.states, strict=True):
+        if not _acting(item, batch) <= known:
+            kept.batches.append(batch.first(shown_of(batch.samples)))
+            kept.states.append(own)
+    batches, states = kept.batches, kept.states
     fewer = fit(item.hypothesis, item.theta, tuple(batches), noise_model, tuple(states), FORECAST.fold_iterations)
     assert fewer is not None  # it begins with motions that have been followed
     return fewer
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Some recordings of a fit, their initial ``states`` (recording, state) with them."""
+
+    batches: list[Batch] = field(default_factory=list)
+    states: list[FloatArray] = field(default_factory=list)
+
+    def add(self, batch: Batch, states: FloatArray, chosen: BoolArray) -> None:
+        """Take the ``chosen`` (recording,) of a batch, if there are any."""
+        if chosen.any():
+            self.batches.append(batch.take(np.flatnonzero(chosen).tolist()))
+            self.states.append(states[chosen])
+
+
+def _acting(item: Fit, batch: Batch) -> set[int]:
+    """Return the numbers of the causes that act in the recordings of a batch."""
+    return set(range(len(item.hypothesis.candidates))) - set(batch.off)
