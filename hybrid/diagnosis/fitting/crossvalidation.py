@@ -1,11 +1,11 @@
-"""Forecasts without test recordings: of each recording by what was fitted to the others."""
+"""Forecasts without test recordings: of each recording by what was fitted to the others, and to its first fifth."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from fe_models.arrays import BoolArray, FloatArray
+from fe_models.arrays import FloatArray
 from fe_models.files.recording_checks import MIN_SAMPLES
 from fe_models.recordings import Dataset, Recording, Sensor
 from hybrid.diagnosis.fitting.config import FORECAST
@@ -33,7 +33,7 @@ class Folds:
         return joined([forecast(model, tests, roles) for model, tests in zip(models, self.tests, strict=True)])
 
     def unseeing(self, item: Fit) -> tuple[Fit, ...]:
-        """Return the fits of what a fit is of, each without the recordings of one fold."""
+        """Return the fits of what a fit is of, each without the recordings of one fold but for their first fifth."""
         own = list(self.measured)
         left_out = [[data[..., own] for batch in tests for data in batch.data] for tests in self.tests]
         return tuple(_without(item, recordings, self.searched) for recordings in left_out)
@@ -51,7 +51,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
     once = [r for i, r in enumerate(single) if not any(np.array_equal(r.data, other.data) for other in single[:i])]
     copies, single = len(single) - len(once), once
     twice = [f"{copies} of the recordings are copies of others and left out"] * bool(copies)
-    note = "no recording is for testing: each is forecast by what was fitted to the others"
+    note = "no recording is for testing: each is forecast by a fit to the others and its own first fifth"
     if len(single) == 1:
         (only,) = single
         half = only.data.shape[1] // 2
@@ -59,7 +59,7 @@ def as_recordings(dataset: Dataset) -> tuple[Dataset, list[str]]:
             note = "one short recording and none for testing: the forecasts are scored on what was fitted"
             return replace(dataset, recordings=(only, replace(only, role="test"))), [*twice, note]
         single = [only.part(begin, begin + half, dataset.load_course) for begin in (0, half)]
-        note = "one recording and none for testing: each half of it is forecast by what was fitted to the other"
+        note = "one recording and none for testing: each half is forecast by a fit to the other and its own first fifth"
     return replace(dataset, recordings=tuple(single)), [*twice, note]
 
 
@@ -77,39 +77,16 @@ def folds_of(dataset: Dataset, measured: tuple[int, ...], searched: NoiseModel) 
 
 
 def _without(item: Fit, left_out: list[FloatArray], noise_model: NoiseModel) -> Fit:
-    """Return the fit to the recordings that are not ``left_out`` (time, sensor), and to the first fifth of those of
-    them in which a cause acts that acts in no other: nothing else tells of it, and forecasts begin there.
+    """Return the fit to the recordings that are not ``left_out`` (time, sensor), and to the first fifth of those, from
+    which forecasts go on: it may tell of a cause what no other recording does.
     """
-    kept, others = _Part(), _Part()
+    batches, states = [], []
     for batch, own in zip(item.batches, item.states, strict=True):
         is_left = np.array([any(np.array_equal(data, one) for one in left_out) for data in batch.recorded])
-        kept.add(batch, own, ~is_left)
-        others.add(batch, own, is_left)
-    known = {number for batch in kept.batches for number in _acting(item, batch)}
-    for batch, own in zip(others.batches, others.states, strict=True):
-        if not _acting(item, batch) <= known:
-            kept.batches.append(batch.first(shown_of(batch.samples)))
-            kept.states.append(own)
-    batches, states = kept.batches, kept.states
+        for chosen, part in ((~is_left, batch), (is_left, batch.first(shown_of(batch.samples)))):
+            if chosen.any():
+                batches.append(part.take(np.flatnonzero(chosen).tolist()))
+                states.append(own[chosen])
     fewer = fit(item.hypothesis, item.theta, tuple(batches), noise_model, tuple(states), FORECAST.fold_iterations)
     assert fewer is not None  # it begins with motions that have been followed
     return fewer
-
-
-@dataclass(frozen=True)
-class _Part:
-    """Some recordings of a fit, their initial ``states`` (recording, state) with them."""
-
-    batches: list[Batch] = field(default_factory=list)
-    states: list[FloatArray] = field(default_factory=list)
-
-    def add(self, batch: Batch, states: FloatArray, chosen: BoolArray) -> None:
-        """Take the ``chosen`` (recording,) of a batch, if there are any."""
-        if chosen.any():
-            self.batches.append(batch.take(np.flatnonzero(chosen).tolist()))
-            self.states.append(states[chosen])
-
-
-def _acting(item: Fit, batch: Batch) -> set[int]:
-    """Return the numbers of the causes that act in the recordings of a batch."""
-    return set(range(len(item.hypothesis.candidates))) - set(batch.off)
