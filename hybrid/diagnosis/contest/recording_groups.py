@@ -136,7 +136,7 @@ def each_of_two(batches: tuple[Batch, ...]) -> Groups | None:
     begins = {begin for batch in batches for begin in batch.skipped or (0,)}
     if len(names) != 2 or (len(set(names)) == 1 and len(begins) == 2):
         return None
-    first, second = (replace(batch.take([number]), pieces=1) for batch in batches for number in range(len(batch.names)))
+    first, second = (batch.take([number]) for batch in batches for number in range(len(batch.names)))
     return (first,), (second,)
 
 
