@@ -108,6 +108,7 @@ def test_recordings_demand_what_brings_the_calibration_back_or_takes_most_of_wha
         assert demanded(base, part) == most
 
 
+@pytest.mark.slow
 def test_second_cause_that_bends_the_calibration_goes_where_forecasts_are_good_without_it() -> None:
     """It would improve on them by 2.4 %; but only with a value that is five deviations off."""
     case = blind_case(54012, BlindConfig(("sensor_gain", "cubic_spring")))

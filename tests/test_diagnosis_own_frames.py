@@ -220,6 +220,7 @@ def test_end_of_a_cable_that_is_held_from_turning_is_no_support_that_gives() -> 
     assert held == {"x", "y"}
 
 
+@pytest.mark.slow
 def test_no_more_mass_is_taken_off_a_node_than_moves_with_it() -> None:
     """M - m e e' has mass in every motion while m < 1 / (e' M^-1 e)."""
     setting = setting_of(recorded(bare_masts(), step=1e-4))
@@ -255,6 +256,7 @@ def test_nothing_is_reported_of_a_cause_whose_shapes_have_no_mass_left() -> None
     assert [trial.gain for trial in screen(begun, (force,), setting.searched)] == [0.0]
 
 
+@pytest.mark.slow
 def test_modes_are_scanned_where_hardly_any_mass_can_be_taken_off() -> None:
     setting = setting_of(recorded(bare_masts(), step=1e-4))
     item = fitted(setting, setting.nominal_hypothesis)

@@ -120,6 +120,7 @@ def test_the_score_test_finds_what_is_weak(effect: Effect, value: float, toleran
     assert best.start[0] == pytest.approx(value, rel=tolerance)  # of first order only, and with noise
 
 
+@pytest.mark.slow
 def test_a_support_that_gives_way_is_scanned_within_a_fifth_of_any_compliance() -> None:
     """A fit that begins a third off may lead astray, and the cause is out of the contest."""
     soft = next(c for c in linear_candidates() if isinstance(c, SupportCandidate))

@@ -124,6 +124,7 @@ def test_initial_states_go_with_their_recordings_though_these_share_a_name() -> 
     assert replace(split, batches=others).claim != split.claim
 
 
+@pytest.mark.slow
 def test_mode_that_a_support_brings_is_at_rest_where_it_holds() -> None:
     search, (_, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)
     soft = next(c for c in search.candidates if isinstance(c, SupportCandidate))
@@ -137,6 +138,7 @@ def test_mode_that_a_support_brings_is_at_rest_where_it_holds() -> None:
     assert not np.delete(found, old, axis=1).any()
 
 
+@pytest.mark.slow
 def test_support_beside_a_law_begins_at_rest_in_the_mode_that_it_brings() -> None:
     """Linear models solve for their initial states; beside a law a fit begins with those that it is given."""
     search, (base, right) = searched(recorded(masts(), SPRING), SPRING, 5e7)

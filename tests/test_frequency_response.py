@@ -117,6 +117,7 @@ def test_knocks_are_taken_whole() -> None:
     assert nominal_assurance(found).min() > 0.999  # the answer has died away at the end: nothing leaks
 
 
+@pytest.mark.slow
 def test_an_extended_model_stands_beside_the_nominal_one() -> None:
     knocks = shaken(Load(3, "x", knock(2048)), Load(1, "x", np.roll(knock(2048), 3)))
     two = replace(knocks, recordings=(*knocks.recordings, *shaken(Load(3, "x", knock(2048))).recordings) * 2)

@@ -52,6 +52,7 @@ def test_a_command_ends_so(tmp_path: Path) -> None:
     assert (run.returncode, run.stderr) == (130, "Interrupted; results written before are whole.\n"), run.stderr
 
 
+@pytest.mark.slow
 def test_a_command_deep_in_a_factorisation_ends_at_once(tmp_path: Path) -> None:
     """Which would go on for minutes, and hears no signal meanwhile."""
     code = """

@@ -59,6 +59,7 @@ def modes_in_band(structure: Structure, name: str = "r") -> MeasuredModes:
     )
 
 
+@pytest.mark.slow
 def test_modes_that_a_drawing_has_beyond_the_band_are_followed() -> None:
     still = np.random.default_rng(0).standard_normal((1, 400, len(SENSORS)))
     dataset = Dataset(drawn(), RATE, SENSORS, (Recording("r", still),), lowpass=HIGHEST)
