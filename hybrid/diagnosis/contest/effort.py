@@ -12,8 +12,9 @@ class Effort:
     ``contests``: searches for a second cause, each on top of another first one; on a frame one more, see `pair_fits`.
     ``beside_law``: of the usual number of causes, the share that goes on after first steps beside a force law.
     ``thorough``: whether more is looked for beside causes that forecast well, and beside a change where a cause in all
-    recordings does better alone; whether recordings are sorted anew by force laws, too; and whether a second cause may
-    always replace the first, and single causes far behind the best are tried beside others.
+    recordings does better alone, or in one of two recordings where all forecast well; whether recordings are sorted
+    anew by force laws, too; and whether a second cause may always replace the first, and single causes far behind the
+    best are tried beside others.
     """
 
     contests: int

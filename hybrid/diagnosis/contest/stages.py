@@ -71,7 +71,10 @@ class Search:
         )
 
     def apart(self, fits: list[Fit]) -> list[Fit]:
-        """Return fits of causes that act in some recordings only, alone or beside another one."""
+        """Return fits of causes that act in some recordings only, alone or beside another one.
+
+        Of three and more it is told which; of two, what the one that is farther from the drawing shows is sought there.
+        """
         posterior = self.posterior(fits)
         best = posterior.fits[0]
         two = each_of_two(self.lengths.whole)
