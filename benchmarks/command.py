@@ -124,6 +124,7 @@ def _blind(given: BlindOptions, count: int, seed: int, jobs: int, folder: Path) 
         noise=given.noise,
         noisy=given.noisy,
         train=given.train,
+        test=given.test,
         measured=given.sensors,
         changed=given.changed,
         step=given.step,

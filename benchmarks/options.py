@@ -83,6 +83,12 @@ class BlindOptions:
         int | None,
         typer.Option(min=1, help="With --blind: training recordings. [default: 9 of the chain, 3 of the bridge]"),
     ] = None
+    test: Annotated[
+        int | None,
+        typer.Option(
+            min=0, help="With --blind: recordings for testing. [default: 3 of the chain, 1 of the bridge; 0 of ambient]"
+        ),
+    ] = None
     sensors: Annotated[
         int | None,
         typer.Option(min=1, help="With --blind: measured sensors, drawn. [default: 4 of the chain, 7 of the bridge]"),

@@ -25,7 +25,7 @@ CASES = frozenset(
 )  # on blind cases, however many
 HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.TABLE: frozenset({"only", "modal_model", "recordings", "seed", "quick"}),
-    RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "sensors", "peers"},
+    RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "test", "sensors", "peers"},
     RunKind.RATES: CASES,
     RunKind.NEXT: frozenset({"seed"}),
     RunKind.CERTIFICATE: frozenset({"jobs", "minutes", "dirty"}),
