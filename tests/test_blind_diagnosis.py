@@ -19,8 +19,9 @@ from hybrid.diagnosis.diagnosis import diagnose as diagnose_by_both
 from hybrid.diagnosis.nominal.config import LOWPASS
 from hybrid.diagnosis.nominal.lowpass import lowpass_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.findings import NOT_ON_THE_LIST
-from hybrid.diagnosis.outcome.verdict import LISTED_IN_PART, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 LARGE = 0.8  # of the way from barely detectable to large, in the logarithm
@@ -151,7 +152,7 @@ def test_what_no_cause_explains_is_said_to_be_unexplained(config: BlindConfig, k
     assert not marks.confidently_wrong
     for finding in found.findings:  # of a part; all rivals together are no surer
         listed = [item.probability for item in finding.alternatives if item.kind != NOT_ON_THE_LIST]
-        assert finding.probability + sum(listed) <= LISTED_IN_PART
+        assert finding.probability + sum(listed) <= VERDICT.listed_in_part
 
 
 @pytest.mark.slow

@@ -13,9 +13,9 @@ from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -142,11 +142,11 @@ def test_a_test_recording_that_is_only_noisier_holds_nothing_that_training_does_
         return knowing.error(found) / knowing.floor(found), notes
 
     over, (note,) = scored(noisy)
-    assert over < NEAR
+    assert over < VERDICT.max_near_ratio
     assert f"({second})" in note
     over, notes = scored(other)
-    assert over > NEAR
+    assert over > VERDICT.max_near_ratio
     assert notes == []
     over, (note,) = scored(np.stack([noisy[1], other[1]]))
-    assert over > NEAR
+    assert over > VERDICT.max_near_ratio
     assert f"({first})" in note

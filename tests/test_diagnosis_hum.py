@@ -8,8 +8,9 @@ import pytest
 from benchmarks.blind_cases import BlindConfig, blind_case
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.hum import AS_WELL, LINE, RATHER
-from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 
 SIZE = 0.1  # of a channel's motion
@@ -40,7 +41,7 @@ def test_tone_that_a_machine_would_make_as_well_is_no_sure_name() -> None:
     (finding,) = found.findings
     assert (finding.cause.kind, finding.cause.location) == ("harmonic_force", {"node": 1, "direction": "x"})
     # What is said where others show nothing at all, moved by chance: they would show a few standard deviations of it.
-    assert finding.probability == pytest.approx(LISTED, abs=0.1)
+    assert finding.probability == pytest.approx(VERDICT.listed, abs=0.1)
     assert AS_WELL.format(sensor="a1", frequency=1.7) in found.notes
 
 

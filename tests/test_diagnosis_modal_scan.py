@@ -8,9 +8,9 @@ import pytest
 from benchmarks.blind_cases import BlindCase, BlindConfig, Tier, blind_case
 from fe_models.causes import AddedMass
 from fe_models.causes.candidate import Candidate
+from hybrid.diagnosis.contest.config import SHORTLIST
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import Setting, setting_of
-from hybrid.diagnosis.contest.shortlist import HOPEFUL
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.screening.modal_scan import modal_scan
 
@@ -57,7 +57,7 @@ def test_modes_ask_for_no_cause_where_there_is_none() -> None:
         setting.nominal_hypothesis, setting.nominal_hypothesis.centre, setting.lengths, setting.searched, setting.short
     )
     assert item is not None
-    assert modal_scan(item, candidates, setting.searched, item)[0].gain < HOPEFUL
+    assert modal_scan(item, candidates, setting.searched, item)[0].gain < SHORTLIST.min_promised_fall
 
 
 @pytest.mark.slow

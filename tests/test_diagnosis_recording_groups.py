@@ -12,8 +12,9 @@ from fe_models.causes.candidate import Candidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
+from hybrid.diagnosis.contest.config import GROUPS
 from hybrid.diagnosis.contest.odds import log_of_groups
-from hybrid.diagnosis.contest.recording_groups import BY_CHANCE, Asked, asked_for, clear_share, each_of_two
+from hybrid.diagnosis.contest.recording_groups import Asked, asked_for, clear_share, each_of_two
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
@@ -89,7 +90,7 @@ def test_chance_makes_a_change_as_often_as_it_says() -> None:
     _, any_candidate = gap_stop()
     drawn = np.random.default_rng(4).standard_normal((400, 9))
     changes = [Asked(any_candidate, amounts, np.ones(9), np.arange(9)).is_change for amounts in drawn]
-    assert np.mean(changes) == pytest.approx(BY_CHANCE, abs=0.05)  # three standard deviations of 400 draws
+    assert np.mean(changes) == pytest.approx(GROUPS.max_chance, abs=0.05)  # three standard deviations of 400 draws
 
 
 def test_a_change_is_detected_by_what_feels_it() -> None:

@@ -12,7 +12,8 @@ from fe_models.recordings import Assumptions, Sensor
 from hybrid.diagnosis.contest.growing import fit_growing
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.outcome.verdict import LISTED, Errors, Verdict, verdict_of
+from hybrid.diagnosis.outcome.config import VERDICT
+from hybrid.diagnosis.outcome.verdict import Errors, Verdict, verdict_of
 from hybrid.diagnosis.report import FORECAST_WITHIN_TOLERANCE, headline
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
@@ -125,7 +126,7 @@ def test_calibration_astray_may_stand_for_weak_causes_that_are_known() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("other", "listed"), [(3, LISTED), (4, 1.0)])
+@pytest.mark.parametrize(("other", "listed"), [(3, VERDICT.listed), (4, 1.0)])
 def test_a_weak_cause_next_to_the_one_named_makes_it_less_sure(other: int, listed: float) -> None:
     """A hysteretic spring that hardly yields is a spring, and a little beside it that no forecast needs."""
     sensors = tuple(Sensor(f"a{node}", node, "y", "acceleration", "m/s^2") for node in (2, 4, 5))

@@ -22,7 +22,7 @@ from hybrid.diagnosis.next_measurement.measurements import Measurement, noise_of
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Option, recommended
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
-from hybrid.diagnosis.outcome.too_few import BETTER, MANY
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.report import report_table, summary
@@ -243,6 +243,6 @@ def test_too_few_sensors_are_reported_with_one_that_helps() -> None:
     (note,) = (note for note in diagnose(few).notes if "how they begin" in note)
     assert "record longer, or with a sensor of the" in note
     over, then = (float(note.split(word)[1].split()[0]) for word in ("range, ", "bring it to "))
-    assert over > MANY
-    assert then < BETTER * over
+    assert over > MENTION.max_imperfect_ratio
+    assert then < MENTION.max_helped_share * over
     assert not any("how they begin" in note for note in diagnose(case).notes)

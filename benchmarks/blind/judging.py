@@ -12,8 +12,9 @@ from benchmarks.blind_cases import BlindCase
 from fe_models.causes import Cause
 from fe_models.recordings import TOLERANCE
 from hybrid.diagnosis.answer import Answer
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.findings import Finding
-from hybrid.diagnosis.outcome.verdict import BESIDE, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 
 CONFIDENT_PROBABILITY = 0.9  # probability of a name: a wrong one is then a grave error
 INTERVAL_SIGMA = 1.96  # standard deviations: half of an interval of 95 %
@@ -65,7 +66,7 @@ class Judgement:
         if self.verdict is Verdict.NOTHING_WRONG:
             return bool(self.truth) and self.over_floor <= 1 + TOLERANCE
         beside = set(self.named) < set(self.truth)  # also of nothing beside groups that are off
-        return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + BESIDE
+        return beside and self.verdict is Verdict.EXPLAINED and self.over_floor <= 1 + VERDICT.min_second_gain
 
 
 def key_of(cause: Cause) -> str:

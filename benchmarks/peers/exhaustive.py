@@ -13,8 +13,8 @@ from benchmarks.peers.answer import Answer
 from benchmarks.peers.certain import Certain, certain_of
 from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.recordings import Dataset
-from hybrid.diagnosis.contest.bounds import BEHIND
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, Lengths, continued, fit_growing
+from hybrid.diagnosis.contest.config import SEGMENTS
+from hybrid.diagnosis.contest.growing import Lengths, continued, fit_growing
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.screening.screening import Screened, screen
@@ -54,7 +54,9 @@ def _first(certain: Certain) -> list[Fit]:
     for trial in screen(short, certain.candidates, certain.noise_model):
         extended = certain.hypothesis.adding(trial.candidate)
         theta = np.append(short.theta, trial.start)
-        item = fit(extended, theta, short.batches, certain.noise_model, short.states, SHORT_ITERATIONS, CLOSE_ENOUGH)
+        item = fit(
+            extended, theta, short.batches, certain.noise_model, short.states, SHORT_ITERATIONS, SEGMENTS.enough_fall
+        )
         if item is not None:
             found.append(item)
     found.sort(key=aic_of)
@@ -63,7 +65,7 @@ def _first(certain: Certain) -> list[Fit]:
     laws = 0
     for item in found[:WHOLE]:
         laws += not item.hypothesis.is_linear
-        hopeless = aic_of(item) - aic_of(found[0]) > 2 * BEHIND * max(1.0, behind)
+        hopeless = aic_of(item) - aic_of(found[0]) > 2 * SEGMENTS.given_up_behind * max(1.0, behind)
         if not hopeless and (item.hypothesis.is_linear or laws <= WHOLE_LAWS):
             kept.append(item)
     return kept

@@ -21,7 +21,7 @@ from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.modes_and_motion.look import Look, look_at
 from hybrid.diagnosis.modes_and_motion.modal_diagnosis import OneStructure, diagnosed
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
-from hybrid.diagnosis.outcome.verdict import CLEARLY, NEAR
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.recorded.amount import limited
 from hybrid.diagnosis.series_diagnosis import SeriesSearch, diagnose_series
 from hybrid.diagnosis.stage_names import MODAL_STAGES, SERIES_STAGES
@@ -154,7 +154,7 @@ def _explains(found: ModalDiagnosis) -> bool:
     if forecasts is None:
         return True
     error = forecasts.scores["extended"]["measured"] or 0.0
-    return error <= NEAR * forecasts.floor or forecasts.unexplained < CLEARLY
+    return error <= VERDICT.max_near_ratio * forecasts.floor or forecasts.unexplained < VERDICT.max_negligible_share
 
 
 def _better(series: Diagnosis, modal: ModalDiagnosis) -> Answer:

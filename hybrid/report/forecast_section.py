@@ -8,7 +8,8 @@ from hybrid.diagnosis.answer import Answer
 from hybrid.diagnosis.learned.gain import Gain
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
 from hybrid.diagnosis.observed.example import Example, draw_example
-from hybrid.diagnosis.outcome.verdict import NEAR, is_at_floor
+from hybrid.diagnosis.outcome.config import VERDICT
+from hybrid.diagnosis.outcome.verdict import is_at_floor
 from hybrid.report.drawings import drawn
 from hybrid.report.page import Block, Cell, Paragraph, Section, Table
 from hybrid.report.values import fixed
@@ -47,7 +48,7 @@ def how_much_better(found: Answer, dataset: Dataset, gain: Gain | None = None) -
     error = found.scores["extended"]["measured"]
     if is_at_floor(error, found.noise_floor, dataset.assumptions.tolerance):
         blocks.append(Paragraph(REACHED))
-    elif error is not None and error > NEAR * found.noise_floor and not alone:
+    elif error is not None and error > VERDICT.max_near_ratio * found.noise_floor and not alone:
         blocks.append(Paragraph(NOT_REACHED.format(ratio=error / found.noise_floor)))
     example, after = found.example, "with what was found" if found.findings else "calibrated"
     blocks.append(

@@ -2,11 +2,9 @@
 
 import numpy as np
 
+from hybrid.diagnosis.contest.config import SEGMENTS
 from hybrid.diagnosis.contest.posterior import temper_of
 from hybrid.diagnosis.fitting.least_squares import Fit
-
-BEHIND = 20.0  # in half the tempered sum of squares: a fit that far behind another of the same recordings is given up
-LEFT = 0.3  # of what the best leaves beyond noise: by how much another may be behind and still go on
 
 
 def bound_of(fits: list[Fit]) -> float:
@@ -18,4 +16,4 @@ def bound_of(fits: list[Fit]) -> float:
     if not fits:
         return np.inf
     best = min(fits, key=lambda item: item.charged)
-    return best.charged + max(2 * BEHIND * temper_of(best), LEFT * best.misfit)
+    return best.charged + max(2 * SEGMENTS.given_up_behind * temper_of(best), SEGMENTS.max_behind_share * best.misfit)

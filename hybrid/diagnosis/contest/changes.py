@@ -4,22 +4,19 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from fe_models.causes.candidate import Candidate, HarmonicCandidate
+from hybrid.diagnosis.contest.config import GROUPS, SHORTLIST
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, reference_fits_of
 from hybrid.diagnosis.contest.pairs import reference_fits_with
 from hybrid.diagnosis.contest.posterior import Posterior
-from hybrid.diagnosis.contest.recording_groups import FEWEST, Groups, asked_for, clear_share
+from hybrid.diagnosis.contest.recording_groups import Groups, asked_for, clear_share
 from hybrid.diagnosis.contest.search import contest
-from hybrid.diagnosis.contest.switching import ONE_GROUP, fit_switched
+from hybrid.diagnosis.contest.switching import fit_switched
 from hybrid.diagnosis.fitting.calibration_deviation import factors_off
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.recorded.batches import count_of
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-ALIKE = 20.0  # in log evidence: what some of the recordings cannot tell apart all of them may
-MOST_ALIKE = 3  # of these
-KEPT_OF_GROUP = 6  # candidates kept from each screening: all recordings have been searched before
 
 
 def changes_beside(
@@ -37,14 +34,15 @@ def changes_beside(
     may be any of those ``alone`` in all recordings as well, where what these ask for beside it is clear.
     """
     batches = nominal.whole.batches
-    if count_of(batches) < FEWEST:
+    if count_of(batches) < GROUPS.min_recordings:
         return []
     seen = [] if groups is None else _seen_before(nominal, groups, candidates, noise_model, band, advance)
     clear = clear_share(count_of(batches))
     surely = [
         item for item in seen if not excess_energy(item, noise_model, band).significant
     ]  # there nothing else acts
-    starts = [(item, ONE_GROUP if item.hypothesis.is_linear else clear) for item in surely]  # two laws take too long
+    # two laws take too long
+    starts = [(item, GROUPS.max_within_share if item.hypothesis.is_linear else clear) for item in surely]
     found: list[Fit] = []
     done: set[str] = set()
     for number, (start, mixed) in enumerate((*starts, *((item, clear) for item in alone if clear > 0))):
@@ -91,7 +89,7 @@ def changed(
     without = tuple(replace(batch, off=(len(nominal.hypothesis.candidates),)) for batch in near.batches)
     others = tuple(candidate for candidate in candidates if not isinstance(candidate, HarmonicCandidate))
     found = []
-    for item in contest(far, others, own, noise_model, advance, KEPT_OF_GROUP)[:MOST_ALIKE]:
+    for item in contest(far, others, own, noise_model, advance, SHORTLIST.kept_of_group)[: GROUPS.max_alike]:
         begun = None if item.hypothesis.is_linear else (*near.states, *item.states)
         found.append(fit(item.hypothesis, item.theta, (*without, *far.whole.batches), noise_model, begun))
     return [item for item in found if item is not None]
@@ -122,6 +120,10 @@ def _seen_before(
     for reference, own in _nearest_first(nominal, groups, noise_model)[:1]:
         if not excess_energy(reference.whole, noise_model, band).significant and not factors_off(reference.whole):
             break
-        ranked = contest(reference, candidates, own, noise_model, advance, KEPT_OF_GROUP)
-        return [item for item in ranked[:MOST_ALIKE] if item.log_evidence > ranked[0].log_evidence - ALIKE]
+        ranked = contest(reference, candidates, own, noise_model, advance, SHORTLIST.kept_of_group)
+        return [
+            item
+            for item in ranked[: GROUPS.max_alike]
+            if item.log_evidence > ranked[0].log_evidence - GROUPS.alike_nats
+        ]
     return []

@@ -10,14 +10,11 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.contest.config import NOISE_LEVEL
 from hybrid.diagnosis.contest.growing import Lengths, short_fit
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-ASTRAY = 3e3  # times the energy of noise: 0.3 of that of the motion where noise is 1 % of its amplitude; one cause,
-# however large, leaves less than 0.2 of it in short segments whose initial states are free
-ROUNDS = 3  # of taking the noise from the fit, which takes it from the noise
 
 
 def search_noise_model(
@@ -27,11 +24,11 @@ def search_noise_model(
 
     What the model lacks is no less in recordings that have less noise.
     """
-    if short.chi2 < ASTRAY * short.values:
+    if short.chi2 < NOISE_LEVEL.astray_ratio * short.values:
         return noise_model, lengths, short
     lengths = lengths.alike
     factor, found = 1.0, noise_model
-    for _ in range(ROUNDS):
+    for _ in range(NOISE_LEVEL.rounds):
         left = factor * short.chi2 / short.values  # over the energy of noise as the recordings tell it
         factor = left * repeated(short.residuals)
         found = replace(noise_model, sigma=noise_model.sigma * np.sqrt(factor))

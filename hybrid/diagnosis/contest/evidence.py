@@ -7,6 +7,7 @@ import numpy as np
 
 from fe_models.causes.candidate import Candidate
 from fe_models.errors import InputError
+from hybrid.diagnosis.contest.config import NOISE_LEVEL
 from hybrid.diagnosis.contest.discrepancy import energy_over, in_units_of
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.pairs import is_hopeless
@@ -23,13 +24,6 @@ from hybrid.diagnosis.recorded.noise import Band, excess
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.stage_names import SEARCH
 
-BEST = (1.02, 1.1)  # times the noise floor: mean and largest error of forecasts in which no cause would show
-FITS = 1.05  # times the energy of noise: what a fit may leave in which no cause would show
-# Of the noise that the recordings themselves tell: how far it may be told anew. Harmonics of what is wrong, which the
-# nominal model leaves under known forces at all frequencies, are taken for ten times as much.
-NOISE_OFF = (0.1, 1.5)
-TOLD = 1e-3  # of what the nominal model leaves: a fit that leaves less tells noise, of which that took harmonics
-ANEW = 3  # times at most that geometry is taken along another motion: the best fit changes once or never
 STAGES = (
     Search.apart,
     Search.nearby,
@@ -124,7 +118,7 @@ def gather(singles: Singles, tell: Callable[[str], object], pairs: bool = True) 
         energy = energy_over(own, noise_model)
         note = f"{FAR_FROM_NOISE} ({np.sqrt(energy):.0f} times the noise was taken as such)"
         judged = [search.judged(item) for item in (fits[0], *posterior.fits)]
-        if min(item.misfit for item in judged) < TOLD * judged[0].misfit:
+        if min(item.misfit for item in judged) < NOISE_LEVEL.max_share_left * judged[0].misfit:
             own, judged = _with_better_noise(judged, own, setting.band)
         told = replace(posterior, fits=tuple(judged[1:]))
         return Evidence(judged[0], told, own, noise_model, candidates, (*notes, note))
@@ -164,7 +158,7 @@ def _straightened_anew(
     While that is another than the one ``known`` before: along the motion of a wrong cause geometry may seem to add
     nothing, and hide the right one. Changes between recordings stay as they are found.
     """
-    for _ in range(ANEW):
+    for _ in range(NOISE_LEVEL.max_geometry_passes):
         best = search.posterior(fits).fits[0]
         if best.hypothesis.candidates == known.hypothesis.candidates or any(
             b.off for item in fits for b in item.batches
@@ -182,8 +176,8 @@ def _straightened_anew(
 def _nothing_to_gain(base: Fit, noise_model: NoiseModel, band: Band) -> bool:
     """Return whether the nominal model, calibrated within its uncertainty, fits and forecasts as noise lets it."""
     own_gauge, (own,) = _with_better_noise([base], noise_model, band)
-    return own.chi2 < FITS * own.values and forecasts_well(
-        replace(own, theta=within(own, CALIBRATION.max_deviation_sigma)), own_gauge, BEST
+    return own.chi2 < NOISE_LEVEL.max_clean_energy_ratio * own.values and forecasts_well(
+        replace(own, theta=within(own, CALIBRATION.max_deviation_sigma)), own_gauge, NOISE_LEVEL.max_clean_ratios
     )
 
 
@@ -192,7 +186,7 @@ def _with_better_noise(fits: list[Fit], noise_model: NoiseModel, band: Band) -> 
     it.
     """
     best = min(fits, key=lambda item: item.charged)
-    scale = np.clip(excess(best.residuals, noise_model.rate, band).sigma, *NOISE_OFF)
+    scale = np.clip(excess(best.residuals, noise_model.rate, band).sigma, *NOISE_LEVEL.new_ratios)
     if excess_energy(best, noise_model, band).significant:  # of what the best fit leaves there some is no noise
         scale = np.minimum(scale, 1.0)
     better = replace(noise_model, sigma=noise_model.sigma * scale)

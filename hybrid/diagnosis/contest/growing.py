@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 from fe_models.arrays import FloatArray
+from hybrid.diagnosis.contest.config import SEGMENTS
 from hybrid.diagnosis.fitting.config import LEAST_SQUARES
 from hybrid.diagnosis.fitting.driven import fitted_motion
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
@@ -11,11 +12,6 @@ from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
-
-PIECES = (10, 3, 1)  # segments that recordings are cut into, one after the other: short ones forgive a wrong start
-FEWEST = 8  # values a segment at least, for each of its initial state's entries
-QUIET = 1e-3  # N: where the search for a harmonic force begins
-CLOSE_ENOUGH = 1.0  # fall in the sum of squares at which fits of segments stop; they are only starts
 
 
 @dataclass(frozen=True)
@@ -36,13 +32,17 @@ class Lengths:
 
     def enough(self, batches: tuple[Batch, ...]) -> float:
         """Return the fall in the sum of squares at which fits of one of the lengths stop; of segments early."""
-        return LEAST_SQUARES.min_chi2_fall if batches is self.whole else CLOSE_ENOUGH
+        return LEAST_SQUARES.min_chi2_fall if batches is self.whole else SEGMENTS.enough_fall
 
 
 def lengths_of(batches: tuple[Batch, ...], states: int) -> Lengths:
     """Return the segments; those too short to tell an initial state are left out."""
     shortest, sensors = min(batch.samples for batch in batches), batches[0].data.shape[2]
-    usable = [pieces for pieces in PIECES[:-1] if shortest // pieces * sensors >= FEWEST * states]
+    usable = [
+        pieces
+        for pieces in SEGMENTS.pieces[:-1]
+        if shortest // pieces * sensors >= SEGMENTS.min_values_per_state * states
+    ]
     cut = []
     for pieces in usable:
         first = usable[0]
@@ -130,7 +130,10 @@ def shortened(
     starts = [] if states is None else [states]
     if not (whole.hypothesis.is_linear and starts):
         starts.append(passed_by(whole, segments, noise_model))
-    fits = [fit(whole.hypothesis, whole.theta, segments, noise_model, start, enough=CLOSE_ENOUGH) for start in starts]
+    fits = [
+        fit(whole.hypothesis, whole.theta, segments, noise_model, start, enough=SEGMENTS.enough_fall)
+        for start in starts
+    ]
     return min((item for item in fits if item is not None), key=lambda item: item.cost, default=None)
 
 
@@ -153,5 +156,5 @@ def padded(start: Fit, hypothesis: Hypothesis) -> tuple[FloatArray, ...]:
     for states, batch in zip(start.states, start.batches, strict=True):
         own = hypothesis.less(batch.off)
         count = len(own.candidates)
-        found.append(own.embedded(states, tuple(range(count - more, count)), QUIET))
+        found.append(own.embedded(states, tuple(range(count - more, count)), SEGMENTS.first_force))
     return tuple(found)

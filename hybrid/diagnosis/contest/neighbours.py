@@ -8,17 +8,12 @@ from typing import Any
 
 from fe_models.causes.candidate import Candidate, LawCandidate
 from fe_models.structure import Structure
+from hybrid.diagnosis.contest.config import NEIGHBOURS
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened
-
-STEPS = 4  # at most, from place to place
-AS_GOOD = 3.0  # in tempered log evidence, less than the best: places that the recordings do not distinguish
-ENOUGH = 12  # fits at them, after which it spreads no further: a tower has as many nodes
-NOISY = 1.1  # times the energy of noise: what a law at its right place hardly leaves of the shortest segments
-LITTLE = 0.5  # of what is wrong: where the best leaves more, its places are guesses; friction three nodes off: 0.25
 
 
 def fits_beside(
@@ -37,7 +32,7 @@ def fits_beside(
     if best.hypothesis.nominal.is_chain or looks_wrong(best, base):
         return found
     tried = {item.claim for item in (best, *known)}
-    for _ in range(STEPS):
+    for _ in range(NEIGHBOURS.max_steps):
         moved = [item for item in _moved(best, candidates) if item.claim not in tried]
         tried |= {item.claim for item in moved}
         found += [item for item in parallel_map(partial(_settled, noise_model), moved, advance) if item is not None]
@@ -60,9 +55,9 @@ def fits_tied(
     best, found, tried = fits[0], list[Fit](), {item.claim for item in fits}
     if best.hypothesis.nominal.is_chain:
         return found
-    least, kinds = best.log_evidence - AS_GOOD * temper, _kinds(best)
+    least, kinds = best.log_evidence - NEIGHBOURS.as_good_nats * temper, _kinds(best)
     edge = [item for item in fits if item.log_evidence >= least and _kinds(item) == kinds]
-    while edge and len(found) < ENOUGH:
+    while edge and len(found) < NEIGHBOURS.max_fits:
         edge.sort(key=lambda item: item.log_evidence)  # a place that several lead to begins from the best of them
         moved = {start.claim: start for item in edge for start in _moved(item, candidates)}
         starts = [start for claim, start in moved.items() if claim not in tried]
@@ -102,8 +97,11 @@ def laws_beside(
     if best.hypothesis.nominal.is_chain:
         return found
     done = {item.hypothesis.candidates[-1].key for item in present}
-    for _ in range(STEPS):
-        if not isinstance(best.hypothesis.candidates[-1], LawCandidate) or best.chi2 <= NOISY * best.values:
+    for _ in range(NEIGHBOURS.max_steps):
+        if (
+            not isinstance(best.hypothesis.candidates[-1], LawCandidate)
+            or best.chi2 <= NEIGHBOURS.max_noise_ratio * best.values
+        ):
             break
         beside = [trial for trial in _next_to(best, trials) if trial.candidate.key not in done]
         done |= {trial.candidate.key for trial in beside}
@@ -134,7 +132,7 @@ def adjoin(item: Fit) -> bool:
 
 def looks_wrong(best: Fit, base: Fit) -> bool:
     """Return whether the best leaves so much of what the ``base`` does that its places are guesses."""
-    return best.misfit > LITTLE * base.misfit
+    return best.misfit > NEIGHBOURS.max_left_share * base.misfit
 
 
 def _moved(item: Fit, candidates: tuple[Candidate, ...]) -> list[Fit]:

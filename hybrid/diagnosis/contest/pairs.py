@@ -5,6 +5,7 @@ from dataclasses import replace
 
 from fe_models.causes.candidate import Candidate, LawCandidate
 from hybrid.diagnosis.contest.bounds import bound_of
+from hybrid.diagnosis.contest.config import PAIRS
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, lengths_of, padded, reference_fits_of, short_fit
 from hybrid.diagnosis.contest.posterior import Posterior
@@ -16,16 +17,6 @@ from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-SECOND = 10.0  # in tempered log evidence: what a second effect must gain for the first to be looked for again
-SORTED = 0.02  # of the misfit: what a cause that acts in some recordings may leave and still be the only one
-HELPLESS = 0.8  # likewise, of one: where the best cause leaves more, a second one would only add to the guess; a cable
-# as good as gone leaves 0.71 beside friction
-HOPELESS = 0.3  # likewise, of two causes: the best of them leave so much that neither is likely right
-LITTLE_LEFT = 1.5  # energy left over that of noise: right causes of blind frames leave 1.2 to 1.3, a stop without the
-# late sensor beside it 2
-HALVED = 0.5  # of what the first of two leaves: where both leave less, the first may be a guess
-FIRSTS = 2  # single causes that a second one is looked for
 
 
 def asks_for_more(item: Fit, base: Fit, noise_model: NoiseModel, band: Band) -> bool:
@@ -41,7 +32,7 @@ def asks_for_more(item: Fit, base: Fit, noise_model: NoiseModel, band: Band) -> 
         return False
     if not excess_energy(item, noise_model, band).significant:
         return astray
-    return item.misfit <= HELPLESS * base.misfit
+    return item.misfit <= PAIRS.max_single_share * base.misfit
 
 
 def pair_fits(
@@ -62,7 +53,7 @@ def pair_fits(
         item for item in posterior.fits if item.hypothesis.candidates and not any(batch.off for batch in item.batches)
     ]
     effort, bound = effort_of(posterior.fits[0].hypothesis.nominal), bound_of(singles)
-    starts = [item for item in singles[:FIRSTS] if effort.thorough or item.charged <= bound]
+    starts = [item for item in singles[: PAIRS.max_firsts] if effort.thorough or item.charged <= bound]
     nominal = next((item for item in posterior.fits if not item.hypothesis.candidates), None)
     found: list[Fit] = []
     done: set[str] = set()
@@ -90,7 +81,7 @@ def pair_fits(
         if not excess_energy(best, noise_model, band).significant and not factors_off(best):
             return found + list(rivals_contest(best, candidates, lengths, noise_model, plain, advance))
         gained = (best.log_evidence - reference.whole.log_evidence) / posterior.temper
-        if effort.thorough and gained >= SECOND:
+        if effort.thorough and gained >= PAIRS.min_second_nats:
             starts.insert(0, best)
         elif not (effort.thorough or anew) and _is_halved(reference.whole, best):
             starts, turns, anew = [best, *starts], turns + 1, True
@@ -102,11 +93,11 @@ def _is_halved(first: Fit, pair: Fit) -> bool:
 
     Not a force law, beside which a search takes a minute of a frame.
     """
-    leaves_much = pair.chi2 > LITTLE_LEFT * pair.values
+    leaves_much = pair.chi2 > PAIRS.max_left_ratio * pair.values
     return (
         leaves_much
         and not isinstance(pair.hypothesis.candidates[-1], LawCandidate)
-        and pair.misfit < HALVED * first.misfit
+        and pair.misfit < PAIRS.max_halved_share * first.misfit
     )
 
 
@@ -143,9 +134,9 @@ def each_alone(pair: Fit, noise_model: NoiseModel) -> list[Fit]:
 def explains_change(item: Fit, base: Fit) -> bool:
     """Return whether one cause that acts in some recordings only leaves next to nothing of what the ``base`` does."""
     changes = len(item.hypothesis.candidates) == 1 and any(batch.off for batch in item.batches)
-    return changes and item.misfit < SORTED * base.misfit
+    return changes and item.misfit < PAIRS.max_sorted_share * base.misfit
 
 
 def is_hopeless(best: Fit, base: Fit) -> bool:
     """Return whether the best of two causes leaves so much of what the ``base`` does that neither is likely right."""
-    return best.misfit > HOPELESS * base.misfit
+    return best.misfit > PAIRS.max_pair_share * base.misfit

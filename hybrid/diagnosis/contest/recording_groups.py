@@ -7,21 +7,13 @@ import numpy as np
 
 from fe_models.arrays import TINY, BoolArray, FloatArray, IntArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate, SupportCandidate
+from hybrid.diagnosis.contest.config import GROUPS
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.recorded.batches import Batch, as_made, count_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import amounts_by_recording
 
 Groups = tuple[tuple[Batch, ...], tuple[Batch, ...]]
-
-FEWEST = 3  # recordings in which two groups can be told
-TRIED = 4  # candidates, the most promising if each recording had its own amount
-TRIED_LAWS = 2  # of them force laws
-FELT = 1e-3  # of the most that a recording feels of a cause: one that feels less cannot tell whether it acts there
-CLEAR = 0.2  # see `clear_share`
-BY_CHANCE = 0.11  # of all orders of the recordings: in which a change may be as clear as in theirs; of six, three
-# before and three after it are so in one of ten
-ORDERS, SEED, ROUNDING = 1000, 0, 1e-9
 
 
 @dataclass(frozen=True)
@@ -51,16 +43,16 @@ class Asked:
     @property
     def is_change(self) -> bool:
         """Whether from one recording on they ask for another amount, as chance rarely has it."""
-        return self._change[1] < BY_CHANCE
+        return self._change[1] < GROUPS.max_chance
 
     @cached_property
     def _change(self) -> tuple[int, float]:
         """Return the first recording after the clearest change, and how often one is as clear in another order."""
         felt = self.made[np.isfinite(self.amounts[self.made])]
-        orders = np.random.default_rng(SEED).permuted(np.tile(felt, (ORDERS, 1)), axis=1)
+        orders = np.random.default_rng(GROUPS.seed).permuted(np.tile(felt, (GROUPS.orders, 1)), axis=1)
         gains = _gains_of_changes(*(values[np.vstack([felt, orders])] for values in (self.amounts, self.sizes)))
         found = gains.max(axis=1)
-        return int(felt[np.argmax(gains[0]) + 1]), float(np.mean(found >= (1 - ROUNDING) * found[0]))
+        return int(felt[np.argmax(gains[0]) + 1]), float(np.mean(found >= (1 - GROUPS.rounding) * found[0]))
 
     @property
     def within(self) -> float:
@@ -87,7 +79,7 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
 
     Of fewer than three recordings, or where fewer feel a candidate, nothing is told.
     """
-    if count_of(short.batches) < FEWEST:
+    if count_of(short.batches) < GROUPS.min_recordings:
         return ()
     taken = {candidate.key for candidate in short.hypothesis.candidates}
     usable = [c for c in candidates if c.names and not isinstance(c, HarmonicCandidate) and c.key not in taken]
@@ -96,14 +88,14 @@ def asked_for(short: Fit, candidates: tuple[Candidate, ...], noise_model: NoiseM
     middle = [replace(c, starts=(c.first_starts[len(c.first_starts) // 2],)) for c in usable]
     ranked: list[Asked] = []
     for candidate, (amounts, sizes) in zip(usable, amounts_by_recording(short, middle, noise_model), strict=True):
-        felt = (sizes > 0) & (sizes >= FELT * np.max(sizes))
-        if np.isfinite(amounts).all() and felt.sum() >= FEWEST:
+        felt = (sizes > 0) & (sizes >= GROUPS.min_felt_share * np.max(sizes))
+        if np.isfinite(amounts).all() and felt.sum() >= GROUPS.min_recordings:
             ranked.append(Asked(candidate, np.where(felt, amounts, np.nan), sizes, as_made(short.batches)))
     ranked.sort(key=lambda item: -item.gain)
     chosen: list[Asked] = []
     for item in ranked:
         laws = sum(isinstance(other.candidate, LawCandidate) for other in chosen)
-        if len(chosen) < TRIED and not (isinstance(item.candidate, LawCandidate) and laws >= TRIED_LAWS):
+        if len(chosen) < GROUPS.tried and not (isinstance(item.candidate, LawCandidate) and laws >= GROUPS.tried_laws):
             chosen.append(item)
     return tuple(chosen)
 
@@ -113,7 +105,7 @@ def clear_share(recordings: int) -> float:
     them in less than 1 of 100 cases: 0.0016 of four recordings, 0.05 of nine. Three would have to agree to 1e-5, which
     noise forbids: for these, and for fewer, it is 0.
     """
-    return float(CLEAR ** (1 + 6 / (recordings - 2))) if recordings > FEWEST else 0.0
+    return float(GROUPS.min_clear_share ** (1 + 6 / (recordings - 2))) if recordings > GROUPS.min_recordings else 0.0
 
 
 def clear_groups(asked: tuple[Asked, ...], batches: tuple[Batch, ...]) -> Groups | None:

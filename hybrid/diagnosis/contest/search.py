@@ -8,9 +8,9 @@ import numpy as np
 
 from fe_models.causes.candidate import Candidate, ChangeCandidate, ForceCandidate
 from fe_models.progress import nothing
-from hybrid.diagnosis.contest.bounds import LEFT, bound_of
+from hybrid.diagnosis.contest.bounds import bound_of
+from hybrid.diagnosis.contest.config import PAIRS, SEGMENTS, SHORTLIST
 from hybrid.diagnosis.contest.growing import (
-    CLOSE_ENOUGH,
     Lengths,
     ReferenceFits,
     continued,
@@ -22,8 +22,6 @@ from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import laws_beside, of_other_kinds
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.shortlist import (
-    MOST_TIED,
-    TIED,
     foremost,
     most_promising_of_each_kind,
     promising,
@@ -41,16 +39,6 @@ from hybrid.diagnosis.screening.modal_scan import modal_scan
 from hybrid.diagnosis.screening.scanning import scan, unseen
 from hybrid.diagnosis.screening.screening import Screened, screen
 
-KEPT = 10  # candidates kept from the screening of each length
-RACING = 5  # fits that are continued over longer segments, if no more are near the best that have no force law
-RACING_LAWS = 3  # of them beside a force law, where each takes far longer
-RIVALS = 8  # candidates that are tried in the place of one of two causes
-PROMISING_OVER_WHOLE = (
-    2  # causes at most that go on however far behind on segments, where whole recordings promise more of them
-)
-FOUND_ALONE = 3  # causes that begin beside a force law as they ended alone
-SHORT_ITERATIONS = 8  # of the fits of the shortest segments
-
 
 def contest(
     reference: ReferenceFits,
@@ -58,7 +46,7 @@ def contest(
     lengths: Lengths,
     noise_model: NoiseModel,
     advance: Callable[[], object] = nothing,
-    kept: int = KEPT,
+    kept: int = SHORTLIST.kept,
     alone: Iterable[Fit] = (),
 ) -> tuple[Fit, ...]:
     """Return the fits of one of the ``candidates`` each on top of the ``reference``, best evidence first.
@@ -125,7 +113,7 @@ def _found_alone(short: Fit, alone: Iterable[Fit]) -> list[Screened]:
             shift[:nuisances] = item.theta[:nuisances] - short.theta[:nuisances]
             start = tuple(item.theta[item.hypothesis.slices[-1]].tolist())
             trials.append(Screened(candidate, start, 0.0, shift, is_drawn=True))
-    return trials[:FOUND_ALONE]
+    return trials[: PAIRS.max_found_alone]
 
 
 def _promising_over_whole(
@@ -138,7 +126,7 @@ def _promising_over_whole(
     """
     base = reference.whole
     best = min((item.charged for item in present), default=base.cost)
-    wanted = base.cost - best + LEFT * (best - base.values)
+    wanted = base.cost - best + SEGMENTS.max_behind_share * (best - base.values)
     known = {item.hypothesis.candidates[-1].key for item in present}
     promised = {trial.candidate.key: trial for trial in reversed(ranked) if trial.gain > wanted}
     trials = [trial for key, trial in promised.items() if key not in known]
@@ -148,7 +136,7 @@ def _promising_over_whole(
         start = replace(reference.short, states=padded(reference.short, hypothesis))
         return fit_growing(hypothesis, trial.theta(base), lengths, noise_model, start)
 
-    found = parallel_map(fitted, sorted(trials, key=lambda item: -item.gain)[:PROMISING_OVER_WHOLE])
+    found = parallel_map(fitted, sorted(trials, key=lambda item: -item.gain)[: SEGMENTS.racing_promising])
     return [item for item in found if item is not None]
 
 
@@ -167,14 +155,14 @@ def rivals_contest(
     causes = best.hypothesis.candidates
     hypothesis = replace(best.hypothesis, candidates=(*causes[:-2], causes[-1]))
     both = np.delete(best.theta, np.arange(len(best.theta))[best.hypothesis.slices[-2]])
-    short = fit(hypothesis, both, lengths.cut[0], noise_model, padded(plain, hypothesis), SHORT_ITERATIONS)
+    short = fit(hypothesis, both, lengths.cut[0], noise_model, padded(plain, hypothesis), SEGMENTS.short_iterations)
     again = shortened(best, lengths.cut[0], noise_model, padded(plain, best.hypothesis))
     if short is None or again is None:
         return ()
     odds = Odds.among(candidates, hypothesis.nominal.alike)
     taken = {candidate.key for candidate in causes}
     others = tuple(candidate for candidate in candidates if candidate.key not in taken)
-    trials = promising([screen(short, others, noise_model)], scan(short, others, noise_model), RIVALS, odds)
+    trials = promising([screen(short, others, noise_model)], scan(short, others, noise_model), PAIRS.max_rivals, odds)
     present = [again, *_begun(hypothesis, short, trials, noise_model, odds, advance, again)]
     for longer in lengths.cut[1:]:
         present = _race(present, longer, noise_model, lengths.enough(longer), odds)
@@ -204,7 +192,7 @@ def _begun(
 
         def further(step: Step, bound: float = bound) -> Fit | None:
             start = step.hypothesis, step.theta, short.batches, noise_model, step.states
-            return fit(*start, iterations=SHORT_ITERATIONS, enough=CLOSE_ENOUGH, bound=bound)
+            return fit(*start, iterations=SEGMENTS.short_iterations, enough=SEGMENTS.enough_fall, bound=bound)
 
         for item in parallel_map(further, two):
             key = "" if item is None else item.hypothesis.candidates[-1].key
@@ -223,9 +211,9 @@ def _race(fits: list[Fit], longer: tuple[Batch, ...], noise_model: NoiseModel, e
     found: list[Fit] = []
     beside_law = any(item.hypothesis.is_beside_law for item in fits)
     ranked = sorted(fits, key=lambda item: item.charged)
-    near = min((item.charged for item in fits), default=np.inf) + TIED * odds.alike
+    near = min((item.charged for item in fits), default=np.inf) + SHORTLIST.tied_fall * odds.alike
     tied = sum(item.hypothesis.is_linear and item.charged <= near for item in ranked)
-    most = RACING_LAWS if beside_law else max(RACING, min(tied, MOST_TIED))
+    most = SEGMENTS.racing_laws if beside_law else max(SEGMENTS.racing, min(tied, SHORTLIST.max_tied))
     ranked.sort(key=lambda item: item.charged + odds.price(item.hypothesis.candidates[-1]))
     racing = [item for item in ranked[:most] if item.charged <= limit]
     if not any(item.hypothesis.is_linear for item in racing):  # laws may take up what no cause explains, and hide it

@@ -10,6 +10,7 @@ from fe_models.causes.places import Motion
 from fe_models.causes.time_integration import root
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
+from hybrid.diagnosis.contest.config import NOISE_LEVEL
 from hybrid.diagnosis.contest.discrepancy import search_noise_model
 from hybrid.diagnosis.contest.growing import Lengths, lengths_of, short_fit
 from hybrid.diagnosis.contest.wrong_units import with_other_units
@@ -44,7 +45,6 @@ from hybrid.diagnosis.response.marching import is_too_fast
 from hybrid.known_loads.short_knocks import without_short_knocks
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
-SEED = 0  # of the states at which geometric forces are taken: the same of the same recordings
 
 
 @dataclass(frozen=True)
@@ -147,7 +147,7 @@ def setting_of(dataset: Dataset) -> Setting:
         short = short_fit(nominal, lengths, noise_model)
     searched, lengths, short = search_noise_model(nominal, lengths, noise_model, short)
     motion = Motion.of_states(states_along(short, searched), nominal.followed_shapes).displacement
-    geometries = geometries_of(nominal, motion, np.random.default_rng(SEED))
+    geometries = geometries_of(nominal, motion, np.random.default_rng(NOISE_LEVEL.geometry_seed))
     unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
         *other_end,

@@ -5,24 +5,11 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from fe_models.causes.candidate import LawCandidate
+from hybrid.diagnosis.contest.config import SHORTLIST
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.fitting.least_squares import Step
 from hybrid.diagnosis.screening.screening import Screened
-
-SCANNED = 4  # times as many candidates of a scan, which knows nothing of what the uncertain factors could do besides
-BY_MODES = 2  # times as many of a ranking by modes, which are seen about a calibration that may be far off
-HOPEFUL = 8.0  # fall in the sum of squares that the score test must promise; less cannot outweigh the prior odds
-LEADING = 2  # of each ranking of those that start from the structure as drawn: a first step from there may tell little
-ALWAYS = 2  # candidates of each ranking that are fitted, however little they promise
-FOREMOST = 16  # of all without a force law, after their first step: a large effect may need some more to show
-FOREMOST_DRAWN = 8  # besides, of those that start from the structure as drawn, where all else that is off shows, too
-TIED = 10.0  # in the sum of squares, of values that each tell as much as one: that near, what comes next may decide
-MOST_TIED = 16  # of those that near the best
-KEPT_LAWS = 5  # force laws at most, of a screening's and of those after their first steps: they take far longer
-OF_A_KIND = 8  # beside a force law, where first steps take a second each; in blind frames the one that ends best has
-# been the first or second of its kind
-ALIKE = 3  # of these at most of one kind, which looks alike at all places near
 
 
 def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, odds: Odds) -> list[Screened]:
@@ -39,18 +26,21 @@ def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, 
     chosen: dict[tuple[str, bool, bool], Screened] = {}
     for ranking, far in (*((one, False) for one in ranked), (scanned, True)):
         taken, laws = 0, Counter[str]()
-        most = kept * (SCANNED if far else BY_MODES if any(trial.is_drawn for trial in ranking) else 1)
-        tied = min(map(behind, ranking), default=0.0) + TIED * odds.alike
+        nearer = SHORTLIST.by_modes_times if any(trial.is_drawn for trial in ranking) else 1
+        most = kept * (SHORTLIST.scanned_times if far else nearer)
+        tied = min(map(behind, ranking), default=0.0) + SHORTLIST.tied_fall * odds.alike
         for trial in sorted(ranking, key=behind):
-            enough = taken >= (max(most, MOST_TIED) if behind(trial) <= tied else most)
-            if trial.gain <= 0 or enough or (taken >= ALWAYS and trial.gain < HOPEFUL):
+            enough = taken >= (max(most, SHORTLIST.max_tied) if behind(trial) <= tied else most)
+            hopeless = taken >= SHORTLIST.always_fitted and trial.gain < SHORTLIST.min_promised_fall
+            if trial.gain <= 0 or enough or hopeless:
                 continue
             if isinstance(trial.candidate, LawCandidate):
-                if laws[trial.candidate.kind] >= ALIKE or laws.total() >= min(KEPT_LAWS, kept // 2):
+                full = laws.total() >= min(SHORTLIST.kept_laws, kept // 2)
+                if full or laws[trial.candidate.kind] >= SHORTLIST.max_of_a_kind:
                     continue
                 laws[trial.candidate.kind] += 1
             taken += 1
-            leads = trial.is_drawn and taken <= LEADING
+            leads = trial.is_drawn and taken <= SHORTLIST.leading
             chosen.setdefault((trial.candidate.key, trial.is_drawn, far), replace(trial, leads=leads))
         for trial in ranking:
             if not trial.candidate.names and trial.gain > 0:  # without a size to refine, its gain says little yet
@@ -58,7 +48,7 @@ def promising(ranked: list[list[Screened]], scanned: list[Screened], kept: int, 
     return list(chosen.values())
 
 
-def not_too_many_of_a_kind(trials: list[Screened], most: int = ALIKE) -> list[Screened]:
+def not_too_many_of_a_kind(trials: list[Screened], most: int = SHORTLIST.max_of_a_kind) -> list[Screened]:
     """Return the first trials of each kind, at most so many."""
     numbers = _numbered(trial.candidate.kind for trial in trials)
     return [trial for trial, number in zip(trials, numbers, strict=True) if number <= most]
@@ -67,7 +57,7 @@ def not_too_many_of_a_kind(trials: list[Screened], most: int = ALIKE) -> list[Sc
 def most_promising_of_each_kind(trials: list[Screened]) -> list[Screened]:
     """Return those that promise most of each kind, what leads a ranking before all others."""
     ranked = sorted(trials, key=lambda trial: (not trial.leads, -trial.gain))
-    return not_too_many_of_a_kind(ranked, OF_A_KIND)
+    return not_too_many_of_a_kind(ranked, SHORTLIST.max_first_of_a_kind)
 
 
 def with_others(chosen: list[Screened], others: list[Screened]) -> list[Screened]:
@@ -90,20 +80,20 @@ def foremost(begun: list[tuple[Screened, Step]], odds: Odds) -> list[Step]:
         (effort_of(s.hypothesis.nominal).beside_law for _, s in begun if s.hypothesis.is_beside_law), default=1.0
     )
     laws = _first_of_each_kind([step for trial, step in ranked if isinstance(trial.candidate, LawCandidate)])[
-        :KEPT_LAWS
+        : SHORTLIST.kept_laws
     ]
     linear = [(trial, step) for trial, step in ranked if not isinstance(trial.candidate, LawCandidate)]
-    others = [step for trial, step in linear if not trial.is_drawn][: int(share * FOREMOST)]
+    others = [step for trial, step in linear if not trial.is_drawn][: int(share * SHORTLIST.foremost)]
     drawn = [(trial.leads, step) for trial, step in linear if trial.is_drawn]
-    most = int(share * FOREMOST_DRAWN)
+    most = int(share * SHORTLIST.foremost_drawn)
     kept = [step for number, (leads, step) in enumerate(drawn) if leads or number < most]
     return sorted([*laws, *others, *kept], key=lambda step: step.charged)
 
 
 def _first_of_each_kind(steps: list[Step]) -> list[Step]:
-    """Return the first of each kind of force law, which may start far off, then the second, up to `ALIKE`."""
+    """Return the first of each kind of force law, which may start far off, then the second, to the last."""
     numbers = _numbered(step.hypothesis.candidates[-1].kind for step in steps)
-    kept = [(number, step) for number, step in zip(numbers, steps, strict=True) if number <= ALIKE]
+    kept = [(number, step) for number, step in zip(numbers, steps, strict=True) if number <= SHORTLIST.max_of_a_kind]
     return [step for _, step in sorted(kept, key=lambda item: item[0])]
 
 

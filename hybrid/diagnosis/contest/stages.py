@@ -10,6 +10,7 @@ from scipy.stats import chi2
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate
 from hybrid.diagnosis.contest.changes import changed, changes_beside, groups_in
+from hybrid.diagnosis.contest.config import PAIRS, SHORTLIST, STAGE
 from hybrid.diagnosis.contest.discrepancy import in_units_of
 from hybrid.diagnosis.contest.effort import effort_of
 from hybrid.diagnosis.contest.growing import Lengths, ReferenceFits, fit_growing, padded, shortened
@@ -17,7 +18,6 @@ from hybrid.diagnosis.contest.harmonic import fit_forces
 from hybrid.diagnosis.contest.neighbours import fits_beside, fits_tied, looks_wrong
 from hybrid.diagnosis.contest.odds import Odds
 from hybrid.diagnosis.contest.pairs import (
-    LITTLE_LEFT,
     asks_for_more,
     each_alone,
     explains_change,
@@ -27,7 +27,7 @@ from hybrid.diagnosis.contest.pairs import (
 from hybrid.diagnosis.contest.posterior import Posterior, posterior_of, temper_of
 from hybrid.diagnosis.contest.recording_groups import asked_for, clear_groups, each_of_two
 from hybrid.diagnosis.contest.search import contest
-from hybrid.diagnosis.contest.shortlist import TIED, not_too_many_of_a_kind
+from hybrid.diagnosis.contest.shortlist import not_too_many_of_a_kind
 from hybrid.diagnosis.contest.switching import fit_everywhere, fit_switched
 from hybrid.diagnosis.fitting.calibration_deviation import factors_off
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
@@ -38,13 +38,6 @@ from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.screening.screening import Screened, screen
-
-PROMISING = 4  # causes at most that are fitted because a score test promises something of them
-MOST = 0.8  # of the misfit: a law that leaves more has no change beside it
-FAINT = 2.0  # standard deviations of what noise alone leaves
-UNALIKE = 1.2  # times: that far apart are mean squares that show a change between recordings ...
-BY_CHANCE = 1 / 700  # ... if white noise has one as far from the others more rarely: 3.2 standard deviations
-WELL = (1.05, 1.25)  # times the noise floor: mean and largest error of forecasts in which a second cause would not show
 
 
 @dataclass(frozen=True)
@@ -149,7 +142,7 @@ class Search:
             return trial.gain - odds.price(trial.candidate)
 
         ranked = sorted(screen(best, others, self.noise_model), key=ahead, reverse=True)
-        least = max(ahead(ranked[0]) - TIED * odds.alike, 0.0) if ranked else 0.0
+        least = max(ahead(ranked[0]) - SHORTLIST.tied_fall * odds.alike, 0.0) if ranked else 0.0
         trials = not_too_many_of_a_kind([trial for trial in ranked if ahead(trial) > least])
         if trials:
             self.tell("what is promised")
@@ -158,7 +151,7 @@ class Search:
             hypothesis = best.hypothesis.adding(trial.candidate)
             return fit(hypothesis, trial.theta(best), best.batches, self.noise_model, padded(best, hypothesis))
 
-        found = [item for item in parallel_map(fitted, trials[:PROMISING]) if item is not None]
+        found = [item for item in parallel_map(fitted, trials[: SHORTLIST.max_promising]) if item is not None]
         if causes and not self.is_enough(best):
             found += fit_forces(best, others, found, self.noise_model, self._hears("what is promised"))
         return found
@@ -239,12 +232,12 @@ class Search:
 
     def is_enough(self, item: Fit) -> bool:
         """Return whether nothing beside a fit could matter; of a frame's force law it takes seconds to say."""
-        return forecasts_well(self.judged(item), self.own, WELL) and not factors_off(item)
+        return forecasts_well(self.judged(item), self.own, STAGE.max_good_ratios) and not factors_off(item)
 
     def is_ample(self, item: Fit) -> bool:
         """Return whether what may be wrong beside a fit is not worth a search, which takes a minute of a frame."""
         thorough = effort_of(item.hypothesis.nominal).thorough
-        return not thorough and temper_of(self.judged(item)) < LITTLE_LEFT and self.is_enough(item)
+        return not thorough and temper_of(self.judged(item)) < PAIRS.max_left_ratio and self.is_enough(item)
 
     def _may_change(self, best: Fit) -> bool:
         """Return whether what the best fit leaves may be a change between recordings.
@@ -255,8 +248,8 @@ class Search:
             return self.is_wanting(best)
         judged = self.judged(best)
         rest = excess_energy(judged, self.own, self.band)
-        hidden = factors_off(best) and rest.total > FAINT * rest.std
-        return hidden or not forecasts_well(judged, self.own, WELL)
+        hidden = factors_off(best) and rest.total > STAGE.max_faint_sigma * rest.std
+        return hidden or not forecasts_well(judged, self.own, STAGE.max_good_ratios)
 
     def _may_act_in_one(self, best: Fit) -> bool:
         """Return whether the cause of the best fit to two recordings may act in one of them alone, where the other may
@@ -290,7 +283,7 @@ def _lasting(posterior: Posterior, base: Fit) -> tuple[Fit, ...]:
 
     No law that leaves most of what the ``base`` does: what else changes beside it takes long to fit.
     """
-    most = MOST * base.misfit
+    most = STAGE.max_law_share * base.misfit
     single = [f for f in posterior.fits if f.hypothesis.candidates and (f.hypothesis.is_linear or f.misfit <= most)]
     others = [item for item in single if not isinstance(item.hypothesis.candidates[0], HarmonicCandidate)]
     return tuple({id(item): item for item in (*single[:1], *others[:1])}.values())
@@ -309,7 +302,7 @@ def fits_unalike(item: Fit) -> bool:
     drawn = chi2(values)
     sums = values * squares / np.average(squares, weights=values)
     by_chance = 2 * len(values) * float(np.minimum(drawn.cdf(sums), drawn.sf(sums)).min())
-    return bool(squares.max() > UNALIKE * squares.min() and by_chance < BY_CHANCE)
+    return bool(squares.max() > STAGE.min_unlike_ratio * squares.min() and by_chance < STAGE.max_unlike_chance)
 
 
 def runs_at_times(item: Fit) -> bool:

@@ -4,6 +4,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import ForceCandidate
+from hybrid.diagnosis.contest.config import SEGMENTS
 from hybrid.diagnosis.contest.growing import padded
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far
 from hybrid.diagnosis.fitting.config import LEAST_SQUARES
@@ -11,8 +12,6 @@ from hybrid.diagnosis.fitting.least_squares import Fit, Step, first_steps
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.screening import Screened
-
-FIRST_DRAWN = 3  # first steps from the structure as drawn: the first ones mend all that is off besides
 
 
 def best_start(hypothesis: Hypothesis, base: Fit, noise_model: NoiseModel, trial: Screened) -> Step | None:
@@ -63,7 +62,7 @@ def _best_from(
 ) -> Step | None:
     """Return where first steps lead from the best of ``starts`` (parameter,)."""
     extended = hypothesis.adding(trial.candidate)
-    states, count = padded(base, extended), FIRST_DRAWN if trial.is_drawn else LEAST_SQUARES.first_steps
+    states, count = padded(base, extended), SEGMENTS.first_drawn_steps if trial.is_drawn else LEAST_SQUARES.first_steps
     return _lowest(
         [first_steps(extended, start, base.batches, noise_model, states, count, base.cost) for start in starts]
     )

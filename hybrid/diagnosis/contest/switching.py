@@ -8,11 +8,11 @@ import numpy as np
 from fe_models.arrays import BoolArray, FloatArray
 from fe_models.causes.candidate import Candidate, HarmonicCandidate, LawCandidate
 from hybrid.diagnosis.contest.bounds import bound_of
+from hybrid.diagnosis.contest.config import GROUPS, SEGMENTS, SHORTLIST
 from hybrid.diagnosis.contest.effort import effort_of
-from hybrid.diagnosis.contest.growing import CLOSE_ENOUGH, QUIET, Lengths, continued, padded, shortened
+from hybrid.diagnosis.contest.growing import Lengths, continued, padded, shortened
 from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, each_with
-from hybrid.diagnosis.contest.shortlist import TIED
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import Fit, fit, left_at
@@ -21,13 +21,6 @@ from hybrid.diagnosis.recorded.batches import Batch, as_made
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.scanning import leaves_much, scan
-
-ONE_GROUP = 0.4  # of the variance within two groups: more is one group for a force law, whose fits take long
-ASKING = 0.2  # of a chain's misfit over short segments: what the best must promise; where something else is wrong it
-# promises 0.05 to 0.2. Of a frame, whose calibration goes further astray, the right one may promise as little.
-NOISE = 3.0  # standard deviations of noise's sum of squares: a misfit may be as large without anything wrong
-ROUNDS = 3  # of sorting the recordings by the fit and fitting again
-ENDLESS = 1e12  # a sum of squares beyond all that is compared, of motions that explode
 
 
 def fit_switched(
@@ -50,7 +43,9 @@ def fit_switched(
         bound = bound_of([*rivals, *(item for item, _ in sorted_fits)])
         begun = parallel_map(partial(_fit_sorted, short, candidate, noise_model, bound), (high, ~high))
         either = [found for found in begun if found is not None and found[0].charged <= bound]
-        sorted_fits += [pair for pair in either if pair[0].charged <= min(item.charged for item, _ in either) + TIED]
+        sorted_fits += [
+            pair for pair in either if pair[0].charged <= min(item.charged for item, _ in either) + SHORTLIST.tied_fall
+        ]
     for longer in lengths.cut[1:]:
         limit = bound_of([item for item, _ in sorted_fits])
         further: list[tuple[Fit, BoolArray]] = []
@@ -72,8 +67,10 @@ def fit_everywhere(item: Fit, whole: tuple[Batch, ...], noise_model: NoiseModel)
 
 def _asks_little(short: Fit, asked: tuple[Asked, ...]) -> bool:
     """Return whether the recordings of a chain hardly ask for any candidate in amounts of their own."""
-    misfitting = short.misfit - NOISE * np.sqrt(2 * short.values)
-    return short.hypothesis.nominal.is_chain and max(item.gain for item in asked) < ASKING * misfitting
+    misfitting = short.misfit - GROUPS.max_noise_sigma * np.sqrt(2 * short.values)
+    return (
+        short.hypothesis.nominal.is_chain and max(item.gain for item in asked) < GROUPS.min_promised_share * misfitting
+    )
 
 
 def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, BoolArray]]:
@@ -81,7 +78,9 @@ def _trials(asked: tuple[Asked, ...], mixed: float) -> list[tuple[Candidate, Boo
 
     Where one tells a change, that is where all others begin which tell none: one thing changed, and they are rivals.
     """
-    most = [min(mixed, ONE_GROUP) if isinstance(item.candidate, LawCandidate) else mixed for item in asked]
+    most = [
+        min(mixed, GROUPS.max_within_share) if isinstance(item.candidate, LawCandidate) else mixed for item in asked
+    ]
     change = next((item.high for item in asked if item.is_change), None)
     if mixed < 1.0 and change is not None:
         return [(item.candidate, item.high if item.is_change else change) for item in asked]
@@ -108,12 +107,13 @@ def _fit_sorted(
     starts = candidate.first_starts
     thetas = [np.append(short.theta, starts[len(starts) // 2]), *_as_drawn(short, candidate, acting, noise_model)]
     present: tuple[Fit, BoolArray] | None = None
-    for _ in range(ROUNDS):
+    for _ in range(GROUPS.sorting_rounds):
         if acting.all() or not acting.any():
             return present
         batches, states = _split(short.batches, acting, number), _states(short, acting)
         tried = [
-            fit(hypothesis, theta, batches, noise_model, states, enough=CLOSE_ENOUGH, bound=bound) for theta in thetas
+            fit(hypothesis, theta, batches, noise_model, states, enough=SEGMENTS.enough_fall, bound=bound)
+            for theta in thetas
         ]
         item = min((one for one in tried if one is not None), key=lambda one: one.cost, default=None)
         if item is None:
@@ -184,7 +184,7 @@ def states_in(batches: tuple[Batch, ...], item: Fit) -> tuple[FloatArray, ...] |
     if hypothesis.is_linear:
         return None
     for batch, states in zip(item.batches, item.states, strict=True):
-        whole = hypothesis.embedded(states, batch.off, QUIET)
+        whole = hypothesis.embedded(states, batch.off, SEGMENTS.first_force)
         own = whole.reshape(len(batch.names), batch.pieces, -1)
         found.update(zip(batch.order or batch.names, own, strict=True))  # several motions may share a name
     return tuple(
@@ -213,7 +213,8 @@ def _preference(
         for off in ((), (number,))
     )
     made = as_made(batches)
-    told = (np.minimum(without, ENDLESS) - np.minimum(with_it, ENDLESS))[made]  # by each recording, for acting there
+    finite = np.minimum([without, with_it], GROUPS.endless)
+    told = (finite[0] - finite[1])[made]  # by each recording, for acting there
     after = np.arange(len(told)) >= np.arange(1, len(told))[:, None]  # (change, recording)
     ordered = np.concatenate([after, ~after])
     best, free = ordered[np.argmax(ordered @ told)], np.asarray(told > 0)

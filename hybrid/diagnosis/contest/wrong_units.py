@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from fe_models.causes.candidate import Candidate, SensorCandidate
+from hybrid.diagnosis.contest.config import WRONG_UNIT
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.fitting.linearisation import orthonormal
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -12,9 +13,6 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.loaded import given
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drift, observability
-
-FAR = 4.0  # times or a part of the truth: no calibration is as far off
-AGREE = 0.1  # of what they leave with it: what the others leave of themselves without a sensor of another unit
 
 
 def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model: NoiseModel) -> tuple[Candidate, ...]:
@@ -24,7 +22,7 @@ def with_other_units(candidates: tuple[Candidate, ...], short: Fit, noise_model:
     the nominal fit of short segments.
     """
     sensor, factor = shown_otherwise(short, noise_model)
-    if 1 / FAR < factor < FAR:
+    if 1 / WRONG_UNIT.min_ratio < factor < WRONG_UNIT.min_ratio:
         return candidates
 
     def wider(candidate: Candidate) -> Candidate:
@@ -64,5 +62,5 @@ def shown_otherwise(short: Fit, noise_model: NoiseModel) -> tuple[int, float]:
                 along[sensor] += np.vdot(told, data[..., sensor])
                 size[sensor] += np.vdot(told, told)
     best = int(np.argmin(left[:count]))
-    alone = size[best] <= 0 or left[best] > AGREE * left[count]
+    alone = size[best] <= 0 or left[best] > WRONG_UNIT.max_left_share * left[count]
     return best, 1.0 if alone else float(along[best] / size[best])

@@ -22,12 +22,11 @@ from hybrid.diagnosis.modal.nominal_fit import NominalFit
 from hybrid.diagnosis.modes_and_motion.left_out import LeftOut, in_turn
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit
 from hybrid.diagnosis.observed.example import Example
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.forecasts import share_left
-from hybrid.diagnosis.outcome.verdict import NEAR, WHOLLY, is_at_floor
+from hybrid.diagnosis.outcome.verdict import is_at_floor
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
-
-NEGLIGIBLE_SHARE = WHOLLY / 3  # of the drawn structure's wrong energy, however far it is beyond noise
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,8 +67,8 @@ class Forecasts:
     def reach_noise(self) -> bool:
         """Whether what was found forecasts as well as the noise lets it, or nearly so, and leaves next to nothing."""
         error = float(self.after.nrmse[:, list(self.roles.measured)].mean())
-        nearly = error <= NEAR * self.floor and self.unexplained < WHOLLY
-        return is_at_floor(error, self.floor, self.tolerance) or nearly or self.unexplained < NEGLIGIBLE_SHARE
+        nearly = error <= VERDICT.max_near_ratio * self.floor and self.unexplained < VERDICT.max_explained_excess
+        return is_at_floor(error, self.floor, self.tolerance) or nearly or self.unexplained < VERDICT.max_certain_excess
 
     @property
     def unexplained(self) -> float:

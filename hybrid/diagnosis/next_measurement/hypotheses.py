@@ -9,9 +9,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from fe_models.causes.wording import at_place, kind_words
-
-DOUBTFUL = 0.01  # least probability of a hypothesis, beside the best, that is worth telling apart
-MOST = 5  # hypotheses: the time to compare them grows with the square
+from hybrid.diagnosis.next_measurement.config import HYPOTHESES
 
 
 @dataclass(frozen=True)
@@ -60,7 +58,9 @@ def rivals_among(candidates: Sequence[tuple[Candidate, ...]], probability: Float
             found[come[0].key] = replace(known, probability=known.probability + float(p))
     rivals = sorted(found.values(), key=lambda item: -item.probability)
     lost = max(best, key=lambda key: sum(item.probability for item in rivals if item.lost == key), default=None)
-    others = [item for item in rivals if item.lost == lost and item.probability >= DOUBTFUL][: MOST - 1]
+    others = [item for item in rivals if item.lost == lost and item.probability >= HYPOTHESES.min_probability][
+        : HYPOTHESES.max_hypotheses - 1
+    ]
     if lost is None or not (others or best[lost].twins):
         return None
     named = sum(float(p) for own, p in zip(candidates, probability, strict=True) if lost in {c.key for c in own})

@@ -13,21 +13,17 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.structure import Direction
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.next_measurement.config import EXCITATIONS
 from hybrid.diagnosis.next_measurement.in_recordings import Surroundings, largest_states
 from hybrid.diagnosis.next_measurement.information import Prediction
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 from hybrid.diagnosis.next_measurement.motion import NearFit
 from hybrid.diagnosis.response.system import System, linear_channels
 
-VALUES = 120  # of the recording that are compared, drawn
-SAMPLES = 300  # about, at which its slopes are computed
-AT_REST = 0.1  # of a recording: how long it shows the structure at rest before a blow
-PLACES = 12  # at most where pulls and blows are considered
-
 
 def considered(places: list[tuple[int, Direction]]) -> tuple[Measurement, ...]:
     """Return pulls and blows at some of the places, evenly spread among them."""
-    kept = np.unique(np.linspace(0, len(places) - 1, min(PLACES, len(places))).round().astype(int))
+    kept = np.unique(np.linspace(0, len(places) - 1, min(EXCITATIONS.max_places, len(places))).round().astype(int))
     return tuple(Measurement(kind, *places[int(i)]) for kind in ("pull", "hammer") for i in kept)
 
 
@@ -39,9 +35,9 @@ def predictions_after(
     """
     batch = max(fits[0].batches, key=lambda own: own.samples)
     sigma, samples = around.noise_model.sigma, batch.samples
-    stride = max(1, samples // SAMPLES)
+    stride = max(1, samples // EXCITATIONS.slopes_at)
     used = -(-samples // stride)
-    many = max(1, min(used, VALUES // len(sigma)))
+    many = max(1, min(used, EXCITATIONS.compared_at // len(sigma)))
     times = np.sort(np.random.default_rng(0).choice(used, many, replace=False))
     wanted = float(np.sqrt(np.mean(((batch.data - batch.data.mean(axis=1, keepdims=True)) / sigma) ** 2)))
     noise = sigma * np.sqrt(around.temper * many / (used * stride))
@@ -61,7 +57,11 @@ def predictions_after(
             return None
         free = largest_states(starts[0] * strength[:, None], near)
         root = around.open_in(item)
-        rest = motion.by_state[0, : max(1, round(AT_REST * used))] * np.sqrt(stride / around.temper) / sigma[:, None]
+        rest = (
+            motion.by_state[0, : max(1, round(EXCITATIONS.rest_share * used))]
+            * np.sqrt(stride / around.temper)
+            / sigma[:, None]
+        )
         rest = rest.reshape(-1, rest.shape[-1])
         own = list[Prediction]()
         for number, excitation in enumerate(excitations):

@@ -12,15 +12,11 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.next_measurement.config import SAMPLES
 from hybrid.diagnosis.next_measurement.information import Prediction
 from hybrid.diagnosis.next_measurement.motion import Motion, NearFit
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
-
-SLOPES_AT = 1000  # samples, of all recordings together, at which slopes are computed
-COMPARED_AT = 120  # of these, drawn: each stands for as many as there are times as many; more tell the same
-RECORDINGS = 8  # at most that are looked at; others count as if they were like these
-FREE_STATE = 3.0  # times the largest entry that was found: how large one may be that no sensor tells
 
 
 @dataclass(frozen=True)
@@ -71,10 +67,10 @@ class Sample:
     def of(item: Fit) -> "Sample":
         """Return the sample of a fit's recordings."""
         every = [data for batch in item.batches for data in batch.data]
-        kept = [every[int(i)] for i in np.linspace(0, len(every) - 1, min(RECORDINGS, len(every))).round()]
+        kept = [every[int(i)] for i in np.linspace(0, len(every) - 1, min(SAMPLES.max_recordings, len(every))).round()]
         samples = max(len(data) for data in kept)
-        stride = max(1, len(kept) * samples // SLOPES_AT)
-        compared = min(-(-samples // stride), max(1, COMPARED_AT // len(kept)))
+        stride = max(1, len(kept) * samples // SAMPLES.slopes_at)
+        compared = min(-(-samples // stride), max(1, SAMPLES.compared_at // len(kept)))
         total = sum(len(data) for data in every)
         return Sample(tuple(data.tobytes() for data in kept), stride, compared, total / (compared * len(kept)))
 
@@ -144,7 +140,7 @@ def largest_states(states: FloatArray, near: NearFit) -> FloatArray:
     n, sizes = near.hypothesis.size, np.sqrt(np.mean(states**2, axis=0))
     for part in (slice(0, n), slice(n, 2 * n), slice(2 * n, None)):
         sizes[part] = sizes[part].max(initial=0.0)
-    return np.asarray(FREE_STATE * np.maximum(sizes, np.finfo(float).tiny ** 0.25))
+    return np.asarray(SAMPLES.free_state * np.maximum(sizes, np.finfo(float).tiny ** 0.25))
 
 
 def predictions_of(expected: Sequence[tuple[Expected, ...]], sensor: int, noise: float) -> list[Prediction]:

@@ -17,8 +17,7 @@ from scipy.linalg import solve_triangular
 from scipy.special import logsumexp
 
 from fe_models.arrays import FloatArray
-
-DRAWS = 100  # of the data of each hypothesis: probabilities to some hundredths
+from hybrid.diagnosis.next_measurement.config import HYPOTHESES
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +101,7 @@ def outcome(
     """
     information, probability = 0.0, 0.0
     for own, prediction in zip(weights, predictions, strict=True):
-        data = prediction.draw(rng, DRAWS)
+        data = prediction.draw(rng, HYPOTHESES.draws)
         logs = np.log(weights)[:, None] + np.array([other.log_density(data) for other in predictions])
         logs -= logsumexp(logs, axis=0)
         surprise = -np.sum(np.exp(logs) * logs, axis=0)  # of which is right, once the data are known

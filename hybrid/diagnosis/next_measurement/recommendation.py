@@ -6,17 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from hybrid.diagnosis.next_measurement.config import ADVICE
 from hybrid.diagnosis.next_measurement.hypotheses import Cause, Rivals
 from hybrid.diagnosis.next_measurement.information import Prediction, distances, least_information, outcome
 from hybrid.diagnosis.next_measurement.measurements import Measurement
 from hybrid.diagnosis.probability import two_decimals
 
-LISTED = 3  # most informative measurements, and the best of each kind
-TELLS = 0.9  # expected probability of the right one: from there on a measurement tells hypotheses apart
-HELPS = 0.3  # of the probability that is missing: a measurement that takes so much away helps
-WORTH = 0.02  # bits: less is next to nothing, and no measurement is named for it
 ANYTHING, SENSORS = "added sensor, pull or blow", "added sensor"  # what was considered, for a sentence
-LEFT_OPEN = 0.1  # probability that the first cause and a rival are mistaken for each other, which then are not told
 
 
 @dataclass(frozen=True)
@@ -64,9 +60,9 @@ class NextMeasurement:
         return tuple(lines)
 
     def _verb(self, best: Option) -> str:
-        if best.probability >= TELLS:
+        if best.probability >= ADVICE.min_telling:
             return "would tell"
-        if 1 - best.probability <= (1 - HELPS) * (1 - self.now):
+        if 1 - best.probability <= (1 - ADVICE.min_helping_share) * (1 - self.now):
             return "would help to tell"
         return "would hardly tell, but better than any other,"
 
@@ -109,11 +105,13 @@ def recommended(
     least = {item: least_information(weights, own) for item, own in apart.items()}
     ranked = sorted(least, key=lambda item: -least[item])
     best_of_kind = [next((item for item in ranked if item.kind == kind), None) for kind in ("sensor", "pull", "hammer")]
-    wanted = [item for item in ranked if item in ranked[:LISTED] or item in best_of_kind]
+    wanted = [item for item in ranked if item in ranked[: ADVICE.max_listed] or item in best_of_kind]
     rng = np.random.default_rng(0)
     found = [(item, outcome(weights, predicted[item](), rng, rivals.alike)) for item in wanted]
     options = tuple(
-        Option(item, own.information, rivals.share * own.probability) for item, own in found if own.information > WORTH
+        Option(item, own.information, rivals.share * own.probability)
+        for item, own in found
+        if own.information > ADVICE.min_worth_bits
     )
     left = _left_open(rivals, apart[options[0].measurement] if options else None)
     return NextMeasurement(options, rivals.causes, rivals.causes[0].probability, (*left, *rivals.twins), considered)
@@ -127,7 +125,7 @@ def _left_open(rivals: Rivals, apart: Any) -> tuple[Cause, ...]:
         return rivals.causes[1:]
     weights = rivals.weights
     error = np.sqrt(weights[0] * weights) * np.exp(-apart[0]) / (weights[0] + weights)
-    return tuple(cause for cause, own in zip(rivals.causes[1:], error[1:], strict=True) if own > LEFT_OPEN)
+    return tuple(cause for cause, own in zip(rivals.causes[1:], error[1:], strict=True) if own > ADVICE.left_open)
 
 
 def _listed(words: Sequence[str]) -> str:

@@ -7,10 +7,9 @@ import numpy as np
 from hybrid.diagnosis.contest.switching import acting_recordings
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, least_cost
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.recorded.batches import Batch, columns_of, count_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-TOLD = 12.0  # in the tempered sum of squares: by how much a test recording must do better with the cause than without
 
 
 def recordings_of(
@@ -35,6 +34,6 @@ def recordings_of(
         if not everywhere:
             (own,) = columns_of((batch,), measured)
             on, off = (least_cost(model, less, own, noise_model.roles) for less in ((), (number,)))
-            with_it = off - on > TOLD * temper
+            with_it = off - on > MENTION.min_acting_fall * temper
         acting.update(name for name, acts in zip(batch.names, with_it, strict=True) if acts)
     return acting

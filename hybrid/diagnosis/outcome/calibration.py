@@ -10,9 +10,8 @@ from fe_models.causes.wording import place_words
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.response.dispersion import shift, step_of
-
-TOLD = 4.0  # standard deviations: from there on a dispersion is reported
 
 
 @dataclass(frozen=True)
@@ -65,7 +64,7 @@ def dispersion_of(item: Fit, temper: float) -> list[str]:
     if not nominal.disperses:
         return []
     amount, variance = item.theta[nominal.dispersion], item.covariance[nominal.dispersion, nominal.dispersion]
-    if abs(amount) < TOLD * np.sqrt(temper * variance):
+    if abs(amount) < MENTION.min_dispersion_sigma * np.sqrt(temper * variance):
         return []
     highest = float(nominal.modes[0][max(nominal.below - 1, 0)])  # rad/s
     share, side = abs(shift(amount, highest, nominal.rate)), "lower" if amount > 0 else "higher"

@@ -13,6 +13,7 @@ from fe_models.causes.wording import at_place
 from fe_models.structure import Structure
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import SHARE
 from hybrid.diagnosis.probability import two_decimals
 
 UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the symbol does not say it
@@ -20,8 +21,6 @@ UNITS = {"1": "", "unit/s": " of its units a second"}  # in words, where the sym
 OF_EACH = ("phase",)  # parameters of which each recording has its own
 NOT_ON_THE_LIST = "not_on_the_list"  # what is said in a cause's place where it may be something that no kind describes,
 OTHER_CAUSES = "other_causes"  # and where it is a cause too improbable to be listed by itself, or several at once
-
-NUDGE = 1e-6  # relative: the finite difference between a search's parameter and the reported one
 
 
 @dataclass(frozen=True)
@@ -105,9 +104,9 @@ def built(candidate: Candidate, values: FloatArray, errors: FloatArray) -> tuple
     for i, (word, error) in enumerate(zip(candidate.names, errors, strict=True)):
         if word not in cause.parameters:  # what only helps the search
             continue
-        moved = candidate.build(*(value * (1 + NUDGE * (i == k)) for k, value in enumerate(numbers)))
+        moved = candidate.build(*(value * (1 + SHARE.difference_step * (i == k)) for k, value in enumerate(numbers)))
         change = float(np.subtract(moved.parameters[word], cause.parameters[word]))
-        slope = change / (NUDGE * numbers[i]) if numbers[i] else 1.0
+        slope = change / (SHARE.difference_step * numbers[i]) if numbers[i] else 1.0
         deviations[word] = abs(slope) * float(error)
     return cause, deviations
 

@@ -4,10 +4,10 @@ import numpy as np
 
 from hybrid.diagnosis.contest.setting import Setting
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.outcome.rest import elsewhere, rests
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
-KNOWN = 0.02  # of a natural frequency: how well the model knows it
 FOLDS = (
     "what is left of the recordings stands out near {line:.4g} Hz, where a mode of {mode:.4g} Hz shows without an"
     " anti-aliasing filter, and may be taken for something else: filter before sampling and state the lowpass, or leave"
@@ -28,4 +28,4 @@ def folding_of(item: Fit, setting: Setting, noise_model: NoiseModel) -> list[str
     fast = nominal.all_frequencies / (2 * np.pi)
     fast = fast[fast > rate / 2]
     off = np.abs(np.abs(fast - rate * np.round(fast / rate)) - line) / fast
-    return [FOLDS.format(line=line, mode=fast[off.argmin()])] if np.any(off < KNOWN) else []
+    return [FOLDS.format(line=line, mode=fast[off.argmin()])] if np.any(off < MENTION.fold_share) else []

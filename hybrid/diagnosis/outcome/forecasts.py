@@ -6,10 +6,8 @@ import numpy as np
 
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import SHARE
 from hybrid.diagnosis.outcome.scorer import Scorer
-
-NEXT_TO_NOTHING = 1e-9  # of the energy of an error
-HARDLY = 0.02  # of the energy of noise: what the nominal model may leave beyond it by chance, one hundredth in NRMSE
 
 
 @dataclass(frozen=True)
@@ -44,10 +42,10 @@ def forecasts_of(scorer: Scorer, simulated: Fit, base: Fit, best: Fit, normal: f
 
 def share_left(before: ForecastScore, after: ForecastScore) -> float:
     """Return the share of the wrong energy ``before`` that is left ``after``; nothing of next to nothing."""
-    return 0.0 if before.excess <= HARDLY * before.floor_energy else share(after.excess, before.excess)
+    return 0.0 if before.excess <= SHARE.max_by_chance * before.floor_energy else share(after.excess, before.excess)
 
 
 def share(part: float, whole: float) -> float:
     """Return what a part is of the whole, between 0 and 1; of next to nothing nothing."""
     found = float(np.clip(part / whole, 0.0, 1.0))
-    return found if found > NEXT_TO_NOTHING else 0.0
+    return found if found > SHARE.next_to_nothing else 0.0

@@ -11,16 +11,15 @@ from scipy.special import expit
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import HarmonicCandidate
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import MENTION, VERDICT
 from hybrid.diagnosis.outcome.rest import rests
-from hybrid.diagnosis.outcome.verdict import LISTED, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import clearest_line
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import modal_form
 
-TOLD = 0.99  # probability of a machine, from which on hum needs no mention
-HARDLY = 0.05  # likewise, below which it is none: by chance one looks like hum where others show next to nothing of it
 AS_WELL = (
     "of all sensors {sensor} alone shows the harmonic force at {frequency:.4g} Hz: a tone that this sensor picks up, as"
     " electrical hum, would look the same"
@@ -49,12 +48,12 @@ class Hum:
     @property
     def is_likely(self) -> bool:
         """Whether it is hum rather than a machine."""
-        return self.machine < HARDLY
+        return self.machine < MENTION.max_no_machine_probability
 
     @property
     def sentence(self) -> str | None:
         """What a user should know of it, None where it is no hum."""
-        if self.machine > TOLD:
+        if self.machine > MENTION.min_machine_probability:
             return None
         return (RATHER if self.is_likely else AS_WELL).format(sensor=self.sensor, frequency=self.frequency)
 
@@ -104,7 +103,7 @@ def _hum(item: Fit, number: int, noise_model: NoiseModel, temper: float) -> Hum 
             rise += np.sum(shown * (2 * residual + shown), axis=(0, 1))
     loudest = int(np.argmax(rise))
     log_odds = float(rise.sum() - rise[loudest]) / (2 * temper)
-    machine = float(expit(np.log(LISTED / (1 - LISTED)) + log_odds))
+    machine = float(expit(np.log(VERDICT.listed / (1 - VERDICT.listed)) + log_odds))
     return Hum(number, noise_model.sensors[loudest].name, frequency, machine)
 
 

@@ -7,11 +7,9 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.changed_dataset import taken_away
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-ROUNDS = 3  # of the factor and the nominal values in turn
-TOLD = 0.02  # a factor nearer to one is none
 
 
 def loading_of(item: Fit, noise_model: NoiseModel) -> str | None:
@@ -22,14 +20,14 @@ def loading_of(item: Fit, noise_model: NoiseModel) -> str | None:
     if not item.hypothesis.is_linear or all(batch.loads is None for batch in item.batches):
         return None
     theta, factor, found = np.zeros_like(item.theta), 1.0, None
-    for _ in range(ROUNDS):
+    for _ in range(MENTION.load_factor_rounds):
         told = _factor(item, theta, noise_model)
         found = None if told is None else fit(item.hypothesis, theta, _times(item.batches, told), noise_model)
         if told is None or found is None:
             return None
         theta, factor = found.theta, told
     gain = taken_away(found, item)
-    if gain is None or abs(factor - 1) < TOLD:
+    if gain is None or abs(factor - 1) < MENTION.min_load_factor_change:
         return None
     return f"all loads times {factor:.4g} {gain}: check their unit, sign and gain"
 

@@ -10,18 +10,14 @@ from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
+from hybrid.diagnosis.outcome.config import MATERIALITY, VERDICT
 from hybrid.diagnosis.outcome.findings import cause_of, sentence_of
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import BESIDE, Errors, is_at_floor
+from hybrid.diagnosis.outcome.verdict import Errors, is_at_floor
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 
-TRIFLES = (0.02, 0.005)  # of the energy that the nominal model gets wrong: what takes no more away explains nothing,
-# where it is the only cause, and beside another ...
-HALF = 0.5  # ... unless it takes that much away of what is wrong without it
-FAR = 2.0  # times what is normal: a calibration that far off stands for a cause
-MOSTLY = 0.5  # of what a fit leaves beyond noise: where one cause more leaves no more, it is most of what was missing
 TOO_WEAK = "significant, but too weak to matter for forecasts"
 BENDS = "fits only with nominal values beyond what is normal, and forecasts are good without it"
 
@@ -53,7 +49,7 @@ def material(evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
         guess = excess_energy(best, evidence.noise_model, band).significant
         trifle = is_trifle(before, after, nominal, several)
         gained = scorer.error(before) - scorer.error(after)
-        weaker = gained <= (BESIDE if several else scorer.setting.tolerance) * floor
+        weaker = gained <= (VERDICT.min_second_gain if several else scorer.setting.tolerance) * floor
         reached = is_at_floor(scorer.error(before), floor, scorer.setting.tolerance)
         bends = reached and several and factors_off(best) and not factors_off(simpler.fits[0])
         if count == 1:  # what is not needed is reported as weak then: see `verdict`
@@ -84,8 +80,8 @@ def is_demanded(fewer: Fit, more: Fit, noise_model: NoiseModel, band: Band) -> b
     fewer = min(fewer, again, key=lambda item: item.cost)
     without, beside = (excess_energy(item, noise_model, band) for item in (fewer, more))
     if without.significant:
-        return not beside.significant or beside.total <= MOSTLY * without.total
-    far = deviation_of(fewer) > FAR * farthest_of(len(fewer.deviations))
+        return not beside.significant or beside.total <= MATERIALITY.max_mostly_left * without.total
+    far = deviation_of(fewer) > MATERIALITY.far_ratio * farthest_of(len(fewer.deviations))
     return far and not factors_off(more) and not beside.significant
 
 
@@ -105,7 +101,10 @@ def _without(more: Fit, fewer: Fit, noise_model: NoiseModel) -> Fit | None:
 def is_trifle(before: ForecastScore, after: ForecastScore, nominal: ForecastScore, several: bool) -> bool:
     """Return whether one of ``several`` causes takes hardly any of what is wrong with the ``nominal`` model away."""
     taken = before.energy - after.energy
-    return taken <= TRIFLES[several] * nominal.excess and taken <= HALF * before.excess
+    return (
+        taken <= MATERIALITY.max_trifles[several] * nominal.excess
+        and taken <= MATERIALITY.min_share_of_rest * before.excess
+    )
 
 
 def without_weak(posterior: Posterior, evidence: Evidence, scorer: Scorer) -> tuple[Posterior, list[str]]:
@@ -139,7 +138,11 @@ def _with_cause(evidence: Evidence, scorer: Scorer) -> Posterior:
     most = CALIBRATION.max_deviation_sigma if off_together(best) else farthest_of(len(best.deviations))
     before, after = scorer.forecast(best, most), scorer.forecast(wrong.fits[0], most)
     gained = scorer.error(before) - scorer.error(after)
-    return wrong if gained > (BESIDE if count else scorer.setting.tolerance) * scorer.floor(before) else posterior
+    return (
+        wrong
+        if gained > (VERDICT.min_second_gain if count else scorer.setting.tolerance) * scorer.floor(before)
+        else posterior
+    )
 
 
 def _is_simpler(item: Fit, than: Fit) -> bool:

@@ -12,6 +12,7 @@ from fe_models.recordings import Sensor
 from fe_models.structure import Direction
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.outcome.changed_dataset import taken_away
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.recorded.batches import columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -19,8 +20,6 @@ from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
-
-NEARER = 0.5  # of what a channel differs by from its own place: another one must differ by less
 
 
 @dataclass(frozen=True)
@@ -82,7 +81,7 @@ def _moved(item: Fit, theta: FloatArray, noise_model: NoiseModel) -> list[_Mount
         differ = _differences(told, places, tuple(batch.data[..., [position]] for batch in item.batches), rest)
         nearest = int(np.argmin(differ))
         own = places.index(sensor)
-        if differ[nearest] < NEARER * differ[own]:
+        if differ[nearest] < MENTION.max_moved_share * differ[own]:
             node, direction = places[nearest].node, places[nearest].direction
             placed = tuple(_at(s, node, direction) if s is sensor else s for s in noise_model.sensors)
             there, said = direction_words(direction), direction_words(sensor.direction)

@@ -7,6 +7,7 @@ from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.contest.posterior import Posterior, of_candidate, rivals_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel
 from hybrid.diagnosis.outcome.acting import recordings_of
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.outcome.findings import (
     NOT_ON_THE_LIST,
     OTHER_CAUSES,
@@ -21,8 +22,6 @@ from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_finding
 from hybrid.diagnosis.probability import SUREST
 from hybrid.diagnosis.recorded.motions import motions_of
-
-RIVALS = 0.005  # least probability of an alternative that is told
 
 
 def named_by(ruling: Ruling) -> tuple[Finding, ...]:
@@ -57,7 +56,7 @@ def _finding(ruling: Ruling, number: int, taken: float, model: ForecastModel) ->
     probability = min(of_candidate(posterior, candidate), SUREST) * listed
     rivals = [
         Alternative(rival.kind, rival.reported_location, p * listed, _size(posterior, rival))
-        for rival, p in rivals_of(posterior, candidate, RIVALS)
+        for rival, p in rivals_of(posterior, candidate, MENTION.min_alternative_probability)
     ]
     return Finding(
         cause,
@@ -85,7 +84,7 @@ def remainder(probability: float, rivals: list[Alternative], listed: float) -> l
     """
     others = listed - probability - sum(rival.probability for rival in rivals)
     rest = ((OTHER_CAUSES, others), (NOT_ON_THE_LIST, 1 - listed))
-    return [Alternative(kind, {}, share) for kind, share in rest if share >= RIVALS]
+    return [Alternative(kind, {}, share) for kind, share in rest if share >= MENTION.min_alternative_probability]
 
 
 def _taken_away(ruling: Ruling) -> FloatArray:

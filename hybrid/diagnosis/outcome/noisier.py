@@ -7,8 +7,8 @@ import numpy as np
 from fe_models.arrays import BoolArray, FloatArray
 from hybrid.diagnosis.fitting.forecast_score import least_cost
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.scorer import Scorer
-from hybrid.diagnosis.outcome.verdict import NEAR
 from hybrid.diagnosis.recorded.batches import Batch, columns_of
 from hybrid.diagnosis.recorded.noise import noise_of_recordings
 from hybrid.diagnosis.response.load_removal import without_load_response
@@ -51,4 +51,6 @@ def _only_noisier(scorer: Scorer, item: Fit, batch: Batch) -> tuple[FloatArray, 
     )
     louder = np.mean((own / usual) ** 2, axis=1)
     expected = louder * batch.samples * batch.share * len(noise_model.sensors)
-    return own / noise_model.sigma, (louder > NEAR**2) & (cost <= NEAR**2 * expected)
+    return own / noise_model.sigma, (louder > VERDICT.max_near_ratio**2) & (
+        cost <= VERDICT.max_near_ratio**2 * expected
+    )

@@ -9,6 +9,7 @@ from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.observed.observations import Observations
 from hybrid.diagnosis.observed.uniform_errors import uniform_damping_error, uniform_frequency_error
 from hybrid.diagnosis.outcome.calibration import astray, dispersion_of, far_off
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.findings import Finding
 from hybrid.diagnosis.outcome.folding import folding_of
 from hybrid.diagnosis.outcome.hum import line_of
@@ -19,7 +20,7 @@ from hybrid.diagnosis.outcome.rest import rest_of
 from hybrid.diagnosis.outcome.ruling import Ruling
 from hybrid.diagnosis.outcome.simulation import modal_notes
 from hybrid.diagnosis.outcome.too_few import too_few
-from hybrid.diagnosis.outcome.verdict import ABNORMAL, Verdict
+from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.motions import in_words, motions_of
 
 UNSEEN = (
@@ -61,7 +62,7 @@ def _on_causes(ruling: Ruling, findings: tuple[Finding, ...]) -> list[str]:
     if ruling.is_named:
         notes += _apart(ruling, findings)
         notes += _or_mass(ruling, findings)
-        notes += astray(best, ABNORMAL) if ruling.verdict is Verdict.PARTLY_EXPLAINED else []
+        notes += astray(best, VERDICT.max_usual_sigma) if ruling.verdict is Verdict.PARTLY_EXPLAINED else []
     elif ruling.verdict is Verdict.NOTHING_WRONG:
         notes += far_off(ruling.reported)
         if ruling.simulation.fit is ruling.evidence.base:  # else a cause may matter, if not for the user's modal model

@@ -6,17 +6,12 @@ import numpy as np
 
 from fe_models.arrays import TINY, FloatArray
 from hybrid.diagnosis.fitting.least_squares import Fit, residuals_at
+from hybrid.diagnosis.outcome.config import REST
 from hybrid.diagnosis.recorded.motions import in_words
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.spectra import energy_near, falling, strongest_apart
 
-MUCH = 0.2  # of what is left: a channel or mode that has less is not reported
-SEVERAL = 2.0  # times its part of all values: a recording that has more stands out
-MOST = 0.5  # of what is left: those that stand out must have more
 STILL = "0 Hz (it does not swing about zero)"
-APART = 0.1  # of a natural frequency: what is further off is not near it ...
-LINES = 4.0  # ... nor further than so many lines of the spectrum
-LATE = 2.0  # times as much of the motion's energy: what is left late, beside what is left early
 
 
 def rest_of(item: Fit, frequencies: FloatArray, noise_model: NoiseModel) -> str:
@@ -53,7 +48,7 @@ def elsewhere(rest: tuple[FloatArray, ...], frequencies: FloatArray, rate: float
     """Return near which frequency (Hz) the rest stands out that is none of the ``frequencies`` (mode,), nor zero."""
     known = np.append(0.0, frequencies)
     resolution = rate / max(part.shape[1] for part in rest)
-    return strongest_apart(known, np.maximum(APART * known, LINES * resolution), rest, rate)
+    return strongest_apart(known, np.maximum(REST.near_share * known, REST.near_lines * resolution), rest, rate)
 
 
 def _motion(item: Fit, noise_model: NoiseModel) -> tuple[FloatArray, ...]:
@@ -65,7 +60,7 @@ def _most(energies: FloatArray, names: np.ndarray[tuple[int], np.dtype[np.str_]]
     """Return the names of the largest energies with their shares, the first of them in any case."""
     shares = np.maximum(energies, 0) / max(float(np.maximum(energies, 0).sum()), TINY)
     order = np.argsort(-shares)
-    told = [k for number, k in enumerate(order) if number == 0 or shares[k] >= MUCH]
+    told = [k for number, k in enumerate(order) if number == 0 or shares[k] >= REST.min_share]
     return " and ".join(f"{names[k]} ({shares[k]:.0%})" for k in told)
 
 
@@ -73,9 +68,9 @@ def _when(motion: tuple[FloatArray, ...], rest: tuple[FloatArray, ...]) -> str:
     """Return when more is left, beside the motion's own energy: in the first halves of recordings or in the second."""
     left = np.maximum(_by_halves(rest) - [sum(part.size for part in rest) / 2] * 2, 0.0)
     early, late = left / _by_halves(motion)
-    if late >= LATE * early:
+    if late >= REST.late_ratio * early:
         return "more of it late than early, beside the motion"
-    if early >= LATE * late:
+    if early >= REST.late_ratio * late:
         return "more of it early than late, beside the motion"
     return "early and late as the motion is"
 
@@ -91,7 +86,7 @@ def _standing_out(item: Fit, rest: tuple[FloatArray, ...]) -> str:
     squares = np.concatenate([np.square(part).sum(axis=(1, 2)) - part[0].size for part in rest])
     shares = np.maximum(squares, 0) / max(float(np.maximum(squares, 0).sum()), TINY)
     sizes = np.concatenate([np.full(len(part), part[0].size) for part in rest])
-    stands = shares > SEVERAL * sizes / sizes.sum()
-    if shares[stands].sum() <= MOST:
+    stands = shares > REST.min_times_usual * sizes / sizes.sum()
+    if shares[stands].sum() <= REST.min_share_of_outstanding:
         return ""
     return in_words(Counter(np.array(item.names)[stands].tolist()), Counter(item.names))

@@ -12,6 +12,7 @@ from hybrid.diagnosis.fitting.calibration_deviation import within
 from hybrid.diagnosis.fitting.config import CALIBRATION
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit, residuals_at
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.forecasts import Forecasts, forecasts_of
 from hybrid.diagnosis.outcome.hum import Hum, hums_of, verdict_with
 from hybrid.diagnosis.outcome.materiality import material, without_weak
@@ -19,8 +20,6 @@ from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.outcome.simulation import Simulation, simulation_of
 from hybrid.diagnosis.outcome.verdict import (
-    ABNORMAL,
-    LISTED_IN_PART,
     Errors,
     Verdict,
     is_contradicted,
@@ -94,7 +93,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     best = posterior.fits[0]
     simulation = simulation_of(setting, evidence, posterior, scorer)
     normal = (
-        CALIBRATION.max_deviation_sigma if best.hypothesis.candidates else ABNORMAL
+        CALIBRATION.max_deviation_sigma if best.hypothesis.candidates else VERDICT.max_usual_sigma
     )  # no cause is likelier than a value that far off
     found = forecasts_of(scorer, simulation.fit, base, best, normal)
     errors = Errors(
@@ -114,7 +113,7 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     before, after = (scorer.held_out_error(forecast) for forecast in (found.nominal, found.extended))
     if verdict is Verdict.EXPLAINED and is_contradicted(before, after, errors):
-        verdict, listed = Verdict.PARTLY_EXPLAINED, LISTED_IN_PART
+        verdict, listed = Verdict.PARTLY_EXPLAINED, VERDICT.listed_in_part
         notes = [*notes, CONTRADICTED.format(before=before, after=after)]
     ruling = Ruling(
         verdict=verdict,

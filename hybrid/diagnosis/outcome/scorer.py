@@ -19,7 +19,7 @@ from hybrid.diagnosis.fitting.forecast_score import (
     switched_in,
 )
 from hybrid.diagnosis.fitting.least_squares import Fit
-from hybrid.diagnosis.outcome.verdict import NEAR
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.hypothesis import Hypothesis
@@ -129,7 +129,11 @@ class Scorer:
             return ()
         names = [name for batch in self.test for name in batch.names]
         error, floor = (of[:, list(self.setting.measured)].mean(axis=1) for of in (found.nrmse, found.floor))
-        return tuple(dict.fromkeys(name for name, wrong in zip(names, error > NEAR * floor, strict=True) if wrong))
+        return tuple(
+            dict.fromkeys(
+                name for name, wrong in zip(names, error > VERDICT.max_near_ratio * floor, strict=True) if wrong
+            )
+        )
 
     def example_model(self, item: Fit, theta: FloatArray | None = None) -> ForecastModel:
         """Return the `model` by which the recording that is `shown` is forecast: of a fit that did not see it."""

@@ -9,6 +9,7 @@ from fe_models.recordings import Sensor
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, leverage
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.next_measurement.measurements import noise_of, possible_sensors
+from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
@@ -17,8 +18,6 @@ from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.state_space import system_of
 from hybrid.diagnosis.response.system import drifted
 
-MANY = 2.0  # times what noise makes: a perfect model that misses by more says little of what is wrong
-BETTER = 0.8  # of it: a sensor that does not bring it down so far is no help
 HARDLY = (
     "the first fifth of the recordings hardly tells how they begin: even a perfect model would miss the rest by"
     " {floor:.1%} of a channel's range, {over:.1f} times what noise makes; what is wrong by less stays unseen, or is"
@@ -33,7 +32,7 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
     batch, roles, model = scorer.shown, scorer.roles, scorer.example_model(item)
     own = list(roles.measured)
     over = _over(model, batch, roles, own)
-    if over <= MANY:
+    if over <= MENTION.max_imperfect_ratio:
         return []
     nominal, noise_model = item.hypothesis.nominal, scorer.noise_model
     added = possible_sensors(nominal, scorer.setting.dataset.sensors)
@@ -43,7 +42,7 @@ def too_few(item: Fit, scorer: Scorer, floor: float) -> list[str]:
     tried = [(_over(model, batch, more, own), number) for number, more in enumerate(wider)]
     least, number = min(tried, default=(over, 0))
     words = ""
-    if least <= BETTER * over:
+    if least <= MENTION.max_helped_share * over:
         best = added[number]
         place = f"{best.quantity} at node {best.node} in {best.direction}"
         words = f", or with a sensor of the {place}, which would bring it to {least:.1f} times"

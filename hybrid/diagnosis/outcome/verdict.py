@@ -10,21 +10,9 @@ from hybrid.diagnosis.contest.neighbours import adjoin
 from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.excess_energy import excess_energy
 from hybrid.diagnosis.fitting.least_squares import Fit
+from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.recorded.noise import Band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
-
-BESIDE = 0.01  # of the noise floor: by how much a second cause must improve the forecast; a first one by the user's
-# tolerance: beside one that the simulation is wrong is no longer asked, but in what
-WHOLLY = 0.03  # of the excess energy: what may be left where all is called explained
-# Of what was wrong, in fit and forecast: where less is left, it is what interpolation and steps leave of recordings
-# with next to no noise, and no further cause.
-CLEARLY = 1e-3
-NEAR = 1.15  # times the noise floor: as near as a model that is off by its uncertainty must come
-PARTLY = 0.5  # of it: beyond, nothing is
-ABNORMAL = 4.0  # stated standard deviations: a calibration that far off takes the place of something else that is wrong
-LISTED = 0.85  # probability that the list has what is wrong, where something significant is left or two causes adjoin;
-LISTED_IN_PART = 0.25  # and where a part only is explained: in blind cases such a name is wrong where what was hidden
-# is not on the list, and mostly right where it is one of two causes
 
 
 class Verdict(Enum):
@@ -81,7 +69,7 @@ class Errors:
     @property
     def near(self) -> bool:
         """Whether what the extended model still gets wrong is little beside noise."""
-        return self.extended <= max(NEAR, 1 + self.tolerance) * self.floor
+        return self.extended <= max(VERDICT.max_near_ratio, 1 + self.tolerance) * self.floor
 
 
 def verdict_of(
@@ -96,25 +84,33 @@ def verdict_of(
     rest = max(excess_energy(best, noise_model, band).total, best.misfit)
     share = rest / max(base.misfit, rest, TINY) if significant else 0.0
     beside = adjoin(best) or adjoin(all_causes)
-    clearly = significant and max(share, errors.unexplained) < CLEARLY
-    forecast = errors.reached or errors.unexplained < CLEARLY
-    certain = clearly or (forecast and not (significant and share > WHOLLY / 3) and not beside)
+    clearly = significant and max(share, errors.unexplained) < VERDICT.max_negligible_share
+    forecast = errors.reached or errors.unexplained < VERDICT.max_negligible_share
+    certain = clearly or (forecast and not (significant and share > VERDICT.max_certain_excess) and not beside)
     if errors.nothing_to_gain:
-        return Verdict.NOTHING_WRONG, LISTED
+        return Verdict.NOTHING_WRONG, VERDICT.listed
     if not best.hypothesis.candidates and best.hypothesis.nominal is base.hypothesis.nominal:
-        calm = errors.by_chance or errors.without <= NEAR * errors.floor  # in recordings that were never fitted
-        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, LISTED
-    wholly = min(share, errors.unexplained) < WHOLLY
-    normal = deviation_of(best) <= ABNORMAL or _is_explained(best, all_causes, noise_model, band)
-    all_told = not significant and errors.unexplained < WHOLLY  # how sure its parameters are adds to forecast errors
+        # in recordings that were never fitted
+        calm = errors.by_chance or errors.without <= VERDICT.max_near_ratio * errors.floor
+        return Verdict.NOTHING_WRONG if calm and not significant else Verdict.UNEXPLAINED, VERDICT.listed
+    wholly = min(share, errors.unexplained) < VERDICT.max_explained_excess
+    normal = deviation_of(best) <= VERDICT.max_usual_sigma or _is_explained(best, all_causes, noise_model, band)
+    # how sure its parameters are adds to forecast errors
+    all_told = not significant and errors.unexplained < VERDICT.max_explained_excess
     if normal and (errors.reached or (errors.near and wholly) or all_told or clearly):
-        return Verdict.EXPLAINED, 1.0 if certain else LISTED
+        return Verdict.EXPLAINED, 1.0 if certain else VERDICT.listed
     single = len(best.hypothesis.candidates) == 1  # two with elements that go far may stand for anything
-    if single and errors.reached and errors.unexplained < WHOLLY and deviation_of_groups(best) <= ABNORMAL:
-        return Verdict.EXPLAINED, LISTED  # elements that are off by themselves took the rest
+    if (
+        single
+        and errors.reached
+        and errors.unexplained < VERDICT.max_explained_excess
+        and deviation_of_groups(best) <= VERDICT.max_usual_sigma
+    ):
+        return Verdict.EXPLAINED, VERDICT.listed  # elements that are off by themselves took the rest
     helps = errors.extended <= errors.without  # what forecasts worse is no part of what is wrong
-    partly = helps and min(share, errors.unexplained) < PARTLY  # a calibration gone astray may leave as little
-    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), LISTED_IN_PART
+    # a calibration gone astray may leave as little
+    partly = helps and min(share, errors.unexplained) < VERDICT.max_part_share
+    return (Verdict.PARTLY_EXPLAINED if partly else Verdict.UNEXPLAINED), VERDICT.listed_in_part
 
 
 def is_contradicted(before: float | None, after: float | None, errors: Errors) -> bool:
@@ -129,6 +125,6 @@ def _is_explained(best: Fit, all_causes: Fit, noise_model: NoiseModel, band: Ban
     named, more = ({candidate.key for candidate in item.hypothesis.candidates} for item in (best, all_causes))
     return (
         named < more
-        and deviation_of(all_causes) <= ABNORMAL
+        and deviation_of(all_causes) <= VERDICT.max_usual_sigma
         and not excess_energy(all_causes, noise_model, band).significant
     )
