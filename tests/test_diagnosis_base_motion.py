@@ -16,7 +16,7 @@ from fe_models.damping import full_damping
 from fe_models.recordings import Dataset, Quantity, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis

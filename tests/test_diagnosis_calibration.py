@@ -9,7 +9,7 @@ from benchmarks.blind_cases import BlindConfig, blind_case
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.calibration_deviation import deviation_of, deviation_of_groups
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.calibration import astray, calibration_of, far_off
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

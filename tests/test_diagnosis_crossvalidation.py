@@ -12,7 +12,7 @@ from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.fitting.crossvalidation import as_recordings, folds_of
 from hybrid.diagnosis.fitting.forecast_score import ForecastModel, ForecastScore
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.config import VERDICT
 from hybrid.diagnosis.outcome.noisier import with_own_noise
 from hybrid.diagnosis.outcome.scorer import Scorer

@@ -14,7 +14,8 @@ from fe_models.causes.candidate import Candidate, SupportCandidate
 from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 

@@ -14,7 +14,8 @@ from fe_models.causes import AxialForce, PointDamper
 from fe_models.damping import full_damping
 from fe_models.recordings import QUANTITIES
 from fe_models.structure import Structure
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.state_space import system_of

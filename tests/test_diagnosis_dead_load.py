@@ -15,7 +15,7 @@ from fe_models.sections import square_tube
 from fe_models.simulation import ReleaseConfig, simulate_release
 from fe_models.statics import PointLoad
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose

@@ -15,7 +15,7 @@ from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.harmonic_amplitude import harmonic_amplitude
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

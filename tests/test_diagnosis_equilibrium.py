@@ -13,7 +13,7 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Assumptions, Dataset
 from fe_models.sections import round_wire, square_tube
 from fe_models.structure import Beam, Cable, Element, Spring, Structure, Support
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 TUBE = square_tube("tube", 2.1e11, 7850.0, 0.1, 0.004)
 WIRE = round_wire("wire", 2.1e11, 7850.0, 0.01)

@@ -14,7 +14,7 @@ from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.exactness import SCALES, tightened
 from hybrid.diagnosis.contest.posterior import posterior_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.chain_fits import RATE, candidate, gauge_of, nominal_fit
 

@@ -11,7 +11,7 @@ from fe_models.built_in.four_dof import four_dof
 from fe_models.causes import CubicSpring
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis

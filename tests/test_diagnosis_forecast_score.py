@@ -27,7 +27,7 @@ from hybrid.diagnosis.fitting.forecast_score import (
 from hybrid.diagnosis.fitting.initial_states import initial_states, precision_of
 from hybrid.diagnosis.fitting.least_squares import fit, residuals_at
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch, batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 from hybrid.diagnosis.response.hypothesis import Hypothesis

@@ -21,7 +21,8 @@ from hybrid.diagnosis.fitting.forecast_score import begun_from, forecast, is_ben
 from hybrid.diagnosis.fitting.geometry_response import added_motion, straightened
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.geometry_forces import geometries_of
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.scorer import Scorer
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs

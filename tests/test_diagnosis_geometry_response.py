@@ -13,7 +13,7 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.fitting.geometry_response import added_motion
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from tests.test_diagnosis_loads import (

@@ -13,7 +13,7 @@ from fe_models.measurement import lowpassed
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 RATE, SAMPLES, CUTOFF, NOISE = 100.0, 2000, 30.0, 0.03
 FITTED = tuple(sensor for sensor in SENSORS if sensor.role == "measured")

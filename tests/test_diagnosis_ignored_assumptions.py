@@ -8,7 +8,7 @@ import pytest
 from fe_models.built_in.four_dof import four_dof
 from fe_models.recordings import Assumptions, Dataset, Recording, Sensor
 from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from tests.masts import masts, recorded
 
 

@@ -13,7 +13,7 @@ from fe_models.interpolant import courses_of
 from fe_models.recordings import Dataset, Load, Recording
 from hybrid.diagnosis.nominal.load_channels import load_channels
 from hybrid.diagnosis.nominal.loads import Loads
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.report import report_table
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose

@@ -32,7 +32,7 @@ from hybrid.diagnosis.fitting.forecast_score import forecast, model_of
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads, loads_of
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.conclusion import Diagnosis
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of

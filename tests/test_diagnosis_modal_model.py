@@ -30,7 +30,8 @@ from hybrid.diagnosis.fitting.forecast_score import ForecastModel, predicted
 from hybrid.diagnosis.learned.gain import hybrid_gain
 from hybrid.diagnosis.learned.learning import learning_preset
 from hybrid.diagnosis.nominal.modal_model import modal_model_of
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.observed.observations import modes_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of

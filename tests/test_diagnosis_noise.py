@@ -13,7 +13,7 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.noise import (

@@ -15,7 +15,7 @@ from fe_models.modes import mac, natural_modes
 from fe_models.recordings import Dataset, Recording, Uncertainty
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.observed.amplitude_dependence import amplitude_dependence
 from hybrid.diagnosis.observed.example import Example, draw_example
 from hybrid.diagnosis.observed.observation_report import describe_observations, observations_table

@@ -23,7 +23,7 @@ from hybrid.diagnosis.contest.setting import Setting, setting_of
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.next_measurement.measurements import possible_sensors
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.screening.modal_scan import modal_scan

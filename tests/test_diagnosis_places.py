@@ -22,7 +22,7 @@ from hybrid.diagnosis.contest.pairs import asks_for_more
 from hybrid.diagnosis.contest.setting import setting_of
 from hybrid.diagnosis.contest.stages import Search
 from hybrid.diagnosis.fitting.least_squares import fit
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.screening.force_screening import screen_forces
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose

@@ -17,7 +17,7 @@ from hybrid.diagnosis.contest.odds import log_of_groups
 from hybrid.diagnosis.contest.recording_groups import Asked, asked_for, clear_share, each_of_two
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch, as_made, batches_of, columns_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis

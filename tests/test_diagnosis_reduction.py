@@ -22,7 +22,8 @@ from fe_models.recordings import Dataset, Recording
 from hybrid.diagnosis.nominal import basis as bases
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.reduction import basis_of

@@ -17,8 +17,9 @@ from fe_models.recordings import Assumptions, Dataset, Uncertainty
 from fe_models.structure import Beam, Cable, Structure
 from hybrid.diagnosis.fitting.least_squares import fit
 from hybrid.diagnosis.nominal.config import SCATTER
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.nominal.scatter import NO_SCATTER
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.extend import extended_structure
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

@@ -27,7 +27,7 @@ from hybrid.diagnosis.fitting.least_squares import Step, fit
 from hybrid.diagnosis.fitting.linearisation import linearise_batch
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.loads import Loads
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.marching import respond
 from hybrid.diagnosis.response.system import System

@@ -28,7 +28,8 @@ from fe_models.recordings import Assumptions, Dataset, Recording
 from fe_models.simulation import FreeConfig, simulate_free
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs

@@ -21,7 +21,7 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig, simulate_free, simulate_release
 from fe_models.statics import PointLoad, rest_state
 from fe_models.structure import Damping, Spring, Support
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.neural_modal_ode.dynamics import ModalDynamics
 from hybrid.neural_modal_ode.residuals.free_residual import NoResidual
 from hybrid.neural_modal_ode.scaling import StateScale

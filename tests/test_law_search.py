@@ -25,7 +25,7 @@ from hybrid.diagnosis.modal.evidence import fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import value_count
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 RATE, NOISE = 25.0, 1e-5  # Hz, m
 MASSES, CUBIC = 2, 3e4  # N/m^3 at the first mass, where springs have 1000 N/m and move by a twentieth of a metre

@@ -15,7 +15,7 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Load, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.nominal.loads import loads_of
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.verdict import Verdict
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs

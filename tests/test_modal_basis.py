@@ -19,7 +19,7 @@ from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
 from hybrid.diagnosis.modal.scan import scan
 from hybrid.diagnosis.modes_and_motion.look import rebased
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 RATE, HIGHEST = 80.0, 30.0  # Hz
 ERROR = 1e-3  # of frequencies, ratios over their size, and shapes' entries

@@ -28,7 +28,7 @@ from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside, parts_surely_off
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 RATE, COUNT, RATIO = 50.0, 5, 0.01
 FREQUENCY_ERROR, RATIO_ERROR, SHAPE_ERROR = 3e-4, 2e-4, 3e-3  # relative; of 1; of the largest entry

@@ -21,7 +21,7 @@ from hybrid.diagnosis.next_measurement.information import Prediction
 from hybrid.diagnosis.next_measurement.measurements import Measurement, noise_of, possible_sensors
 from hybrid.diagnosis.next_measurement.recommendation import NextMeasurement, Option, recommended
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.outcome.config import MENTION
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel

@@ -10,7 +10,8 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 COUNT, RATE, SAMPLES = 2, 20.0, 201

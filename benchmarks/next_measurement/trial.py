@@ -22,7 +22,7 @@ from hybrid.diagnosis.next_measurement.by_series import next_by_series
 from hybrid.diagnosis.next_measurement.in_excitations import considered
 from hybrid.diagnosis.next_measurement.measurements import Measurement, moving_places, possible_sensors
 from hybrid.diagnosis.nominal.candidates import all_candidates
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
 from hybrid.diagnosis.response.hypothesis import Hypothesis

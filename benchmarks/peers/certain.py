@@ -15,7 +15,7 @@ from hybrid.diagnosis.fitting.least_squares import Fit, fit
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
-from hybrid.diagnosis.nominal.nominal_model import nominal_model_of
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.recorded.batches import batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.filter_transients import without_ringing_ends
 from hybrid.diagnosis.recorded.noise import noise_of_recordings, structure_band

@@ -85,8 +85,7 @@ def _forces_detected(fit: Fit) -> bool:
 
 def _compliance_detected(fit: Fit) -> bool:
     """Return whether the compliance of each support of a fit that gives way is told from none."""
-    parts = zip(fit.hypothesis.candidates, fit.hypothesis.slices, strict=True)
-    soft = [part.start for candidate, part in parts if isinstance(candidate, SupportCandidate)]
+    soft = [part.start for _, part in fit.hypothesis.each(SupportCandidate)]
     least = np.maximum(fit.hypothesis.lower, HARMONIC.min_amplitude_sigma * np.sqrt(np.diag(fit.covariance)))
     return bool((fit.theta[soft] > least[soft]).all())
 

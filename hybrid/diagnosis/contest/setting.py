@@ -25,7 +25,8 @@ from hybrid.diagnosis.nominal.ignored_assumptions import ignored_assumptions
 from hybrid.diagnosis.nominal.lowpass import noise_is_lowpassed
 from hybrid.diagnosis.nominal.mesh_error import coarse_mesh
 from hybrid.diagnosis.nominal.modal_model import modal_model_of, with_ratios_of_modal_model
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 from hybrid.diagnosis.nominal.unstated_lowpass import unstated_lowpass
 from hybrid.diagnosis.recorded.batches import Batch, batches_of, columns_of, measured_columns
 from hybrid.diagnosis.recorded.config import SPECTRA

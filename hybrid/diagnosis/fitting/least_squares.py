@@ -314,8 +314,7 @@ def left_at(
 def _weakened(hypothesis: Hypothesis, theta: FloatArray, share: float) -> FloatArray:
     """Return theta with a ``share`` of each candidate's force law: motions of a softening spring may grow for ever."""
     weaker = theta.copy()
-    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if isinstance(candidate, LawCandidate):
-            neutral = candidate.neutral[0]
-            weaker[part.start] = neutral + share * (theta[part.start] - neutral)
+    for candidate, part in hypothesis.each(LawCandidate):
+        neutral = candidate.neutral[0]
+        weaker[part.start] = neutral + share * (theta[part.start] - neutral)
     return weaker

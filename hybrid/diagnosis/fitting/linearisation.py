@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from fe_models.arrays import FloatArray
-from hybrid.diagnosis.fitting.condensed import condense
+from hybrid.diagnosis.fitting.condensed import Condensed, condense
 from hybrid.diagnosis.fitting.config import LINEARISATION
-from hybrid.diagnosis.fitting.linear_channels import Channels
 from hybrid.diagnosis.fitting.sampled import Sampled
 from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.noise_model import NoiseModel
@@ -76,7 +75,7 @@ def _linear(
     thetas = np.vstack([theta, theta + np.diag(moved)]) if slopes else theta[None]
     system = system_of(hypothesis, thetas, noise_model.outputs, first_order=True)
     shorter = condense(system, batch, noise_model, moved) if brief else None
-    channels: Channels = shorter or Sampled(system, batch, noise_model, moved)
+    channels: Condensed | Sampled = shorter or Sampled(system, batch, noise_model, moved)
     if not np.abs(channels.by_state).max() < LINEARISATION.max_channel_sigma:
         return None
     basis, upper = orthonormal(channels.by_state)  # one serves all recordings whose noise is alike

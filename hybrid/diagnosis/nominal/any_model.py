@@ -6,7 +6,8 @@ from fe_models.arrays import FloatArray
 from fe_models.linear import LinearModel
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.nominal.grouped_model import grouped_model_of, narrowed, rescaled
-from hybrid.diagnosis.nominal.nominal_model import NominalModel, nominal_model_of
+from hybrid.diagnosis.nominal.nominal_model import NominalModel
+from hybrid.diagnosis.nominal.structure_model import nominal_model_of
 
 
 def any_nominal_model_of(dataset: Dataset) -> NominalModel:

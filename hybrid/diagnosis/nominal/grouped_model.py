@@ -11,10 +11,11 @@ from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
 from fe_models.errors import InputError
 from fe_models.linear import LinearModel
 from fe_models.mechanisms import describe_mechanism, factorise
-from fe_models.nominal import damping_ratios, refuse_none_in_band
+from fe_models.nominal import refuse_none_in_band
 from fe_models.recordings import Dataset
 from fe_models.structure import TRANSLATIONS, Damping, Structure
 from fe_models.uncertain_parts import UncertainPart
+from hybrid.diagnosis.nominal.assumed_ratios import assumed_ratios
 from hybrid.diagnosis.nominal.basis import followed_modes
 from hybrid.diagnosis.nominal.config import COORDINATES, NOMINAL
 from hybrid.diagnosis.nominal.coordinates import Coordinates, coordinates_of
@@ -136,8 +137,7 @@ def _ratios(model: LinearModel, assumed: float | tuple[float, ...] | None, modes
     if assumed is None:
         own = ratios_of_modes(model.modal_ratios, modes)
         return replace_ratios(own, tuple((mode, 0.0) for mode, _ in model.replaced_ratios))
-    given = np.atleast_1d(np.asarray(assumed, dtype=float))
-    return damping_ratios(tuple(np.append(given, np.full(max(modes - len(given), 0), given[-1]))), modes)
+    return assumed_ratios(assumed, modes)
 
 
 def _parts(model: LinearModel) -> tuple[tuple[UncertainPart, ...], tuple[csr_array, ...]]:

@@ -1,4 +1,7 @@
-"""The nominal structure with what its user considers uncertain, in a basis of natural modes where it is a frame."""
+"""The nominal structure with what its user considers uncertain, in a basis of natural modes where it is a frame.
+
+`structure_model` makes it of a structure, `grouped_model` of matrices.
+"""
 
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -9,33 +12,26 @@ from scipy.sparse import csr_array, vstack
 from scipy.sparse.linalg import SuperLU
 
 from fe_models.arrays import TINY, FloatArray
-from fe_models.assembly import linearise, unsupported
+from fe_models.assembly import linearise
 from fe_models.base_motion import base_force, rigid_motion
 from fe_models.causes import Effect, ForceLaw, MemorylessLaw, TimeIntegration
 from fe_models.causes.candidate import Changes
 from fe_models.causes.laws import with_parts
-from fe_models.causes.modal_damping import replaced_ratios
-from fe_models.damping import full_damping, ratios_of_modes, replace_ratios
+from fe_models.damping import ratios_of_modes
 from fe_models.dof_map import DofMap
-from fe_models.errors import InputError
 from fe_models.lowpass import LowPass
 from fe_models.matrix_changes import matrix_changes
 from fe_models.mechanisms import factorise
 from fe_models.modes import natural_modes
-from fe_models.nominal import damping_ratios
-from fe_models.recordings import Dataset, Sensor
+from fe_models.recordings import Sensor
 from fe_models.sensing import seen
-from fe_models.structure import Damping, Structure
+from fe_models.structure import Structure
 from fe_models.uncertain_parts import UncertainPart
-from hybrid.diagnosis.nominal.basis import basis_of
-from hybrid.diagnosis.nominal.config import NOMINAL, SCATTER
+from hybrid.diagnosis.nominal.config import NOMINAL
 from hybrid.diagnosis.nominal.coordinates import Coordinates
-from hybrid.diagnosis.nominal.felt_parts import felt_parts
 from hybrid.diagnosis.nominal.geometry import Geometry
-from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase, known_places
-from hybrid.diagnosis.nominal.lowpass import highest_shown, lowpass_of
-from hybrid.diagnosis.nominal.own_laws import own_laws
-from hybrid.diagnosis.nominal.scatter import NO_SCATTER, Scatter, scatter_of
+from hybrid.diagnosis.nominal.loads import KnownPlace, OnBase
+from hybrid.diagnosis.nominal.scatter import Scatter
 
 
 @dataclass(frozen=True)
@@ -278,77 +274,3 @@ class NominalModel:
     def _factors(self) -> SuperLU:
         free = self.dofs.free_rows
         return factorise(self.stiffness[free][:, free])
-
-
-def nominal_model_of(dataset: Dataset) -> NominalModel:
-    """Return the nominal model of a dataset's structure; `InputError` where that is none that a diagnosis can take.
-
-    Its modal model, where it has one, is another nominal model: see `modal_model`.
-    """
-    structure = dataset.model
-    if not isinstance(structure, Structure):
-        raise InputError(
-            "model: bare matrices say nothing of springs, beams and supports, where causes sit: give a structure file,"
-            " or diagnose matrices by groups by their modes"
-        )
-    laws = own_laws(structure)
-    assumed = dataset.assumptions
-    if assumed.damping_ratio is not None:  # its own stands aside, what effects do to it stays: see `assumed_structure`
-        structure = replace(structure, dashpots=(), damping=Damping())
-    linear = linearise(structure)
-    mass, damping, stiffness = unsupported(structure)
-    if linear.replaced_ratios:
-        settled = replace(linear, modal_ratios=())
-        more = csr_array(full_damping(settled) - linear.damping.toarray()).tocoo()
-        rows = linear.dofs.free_rows
-        damping = damping + csr_array((more.data, (rows[more.row], rows[more.col])), shape=damping.shape)
-    lowpass = lowpass_of(dataset)
-    highest = highest_shown(dataset, lowpass)
-    basis, kept = basis_of(dataset, linear, highest)
-    modes = basis.shape[1] if kept is None else min(kept + NOMINAL.spare_damped_modes, basis.shape[1])
-    ratios = ratios_of_modes(structure.damping.modal_ratios, modes)
-    if assumed.damping_ratio is not None:
-        given = np.atleast_1d(np.asarray(assumed.damping_ratio, dtype=float))
-        if kept is not None:  # as many as the recordings need, which nobody stated; the last counts for the others
-            given = np.append(given, np.full(max(modes - len(given), 0), given[-1]))
-        ratios = damping_ratios(tuple(given), modes)
-    ratios = replace_ratios(ratios, tuple((mode, 0.0) for mode, _ in replaced_ratios(structure)))  # as effects set them
-    parts, changes = felt_parts(structure)
-    normal = assumed.uncertainty
-    spread = [getattr(normal, part.quantity) for part in parts] + [normal.damping] * modes
-    own_step = assumed.step if assumed.integrator == "newmark" else None
-    nominal = NominalModel(
-        structure=structure,
-        mass=mass,
-        damping=damping,
-        stiffness=stiffness,
-        dofs=linear.dofs,
-        basis=basis,
-        kept=kept,
-        parts=parts,
-        part_changes=changes,
-        ratios=ratios,
-        scatter=NO_SCATTER,
-        spread=np.maximum(spread, NOMINAL.least_std),
-        laws=laws,
-        integration=None if own_step is None else TimeIntegration(float(own_step)),
-        loaded=known_places(dataset),
-        highest=highest,
-        lowpass=lowpass,
-        rate=dataset.sampling_rate,
-    )
-    nominal = _scattered(nominal, normal.stiffness)
-    turns = assumed.damping_ratio is None and bool(damping.count_nonzero())
-    disperses = own_step is None
-    spread = [*nominal.spread, *[NOMINAL.damping_turn_std] * turns, *[NOMINAL.dispersion_std] * disperses]
-    return replace(nominal, spread=np.array(spread), turns=turns, disperses=disperses)
-
-
-def _scattered(nominal: NominalModel, stiffness: float) -> NominalModel:
-    """Return a frame's model with elements off by themselves; ``stiffness``: stated relative standard deviation."""
-    if nominal.kept is None or not stiffness:
-        return nominal
-    omega, shapes = nominal.modes
-    scatter = scatter_of(nominal.structure, nominal.parts, shapes, omega, nominal.own_ratios[: nominal.size])
-    own = np.full(len(scatter.changes), max(SCATTER.element_std_share * stiffness, NOMINAL.least_std))
-    return replace(nominal, scatter=scatter, spread=np.append(nominal.spread, own))

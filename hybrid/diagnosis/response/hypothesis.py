@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
+from typing import TypeVar
 
 import numpy as np
 
@@ -26,6 +27,8 @@ from hybrid.diagnosis.response.eigenmodes import aligned_modes, eigenmodes
 from hybrid.diagnosis.response.reduced_model import ReducedModel
 from hybrid.diagnosis.response.reduction import Basis, basis_of
 from hybrid.diagnosis.response.residual_modes import ResidualModes, residual_modes_of
+
+Family = TypeVar("Family", bound=Candidate)
 
 
 @dataclass(frozen=True)
@@ -92,6 +95,11 @@ class Hypothesis:
         whole[:, 2 * self.size :] = initial_force
         whole[:, self.states_of(off)] = states
         return whole
+
+    def each(self, family: type[Family]) -> list[tuple[Family, slice]]:
+        """Return the candidates of one family and where their parameters stand in theta."""
+        every = zip(self.candidates, self.slices, strict=True)
+        return [(candidate, part) for candidate, part in every if isinstance(candidate, family)]
 
     @property
     def nuisances(self) -> int:
@@ -224,8 +232,7 @@ class Hypothesis:
 
     def _replaced(self, theta: FloatArray) -> list[tuple[int, FloatArray]]:
         """Return the modes with a damping ratio of their own, from 0, and these ratios (variant,)."""
-        every = zip(self.candidates, self.slices, strict=True)
-        return [(c.mode, theta[:, part.start]) for c, part in every if isinstance(c, ModeCandidate)]
+        return [(candidate.mode, theta[:, part.start]) for candidate, part in self.each(ModeCandidate)]
 
     def _drawn_mass(self, factor: FloatArray) -> FloatArray:
         """Return M (variant, shape, shape) with the parts' mass a ``factor`` (variant, part) times as large."""

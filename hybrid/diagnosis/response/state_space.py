@@ -92,11 +92,10 @@ def _loads(
     beside = np.array(laws).reshape(len(laws), pulls.shape[1])
     entry = load_input_of(nominal.loaded, pulls, bent, beside, reduced, inverse, nominal, sensors)
     faults = {"gain": entry.gain.copy(), "delay": entry.delay.copy()}
-    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if isinstance(candidate, LoadCandidate):
-            own = faults[candidate.quantity][:, list(candidate.loads)]
-            own = own * theta[:, part] if candidate.quantity == "gain" else own + theta[:, part]
-            faults[candidate.quantity][:, list(candidate.loads)] = own
+    for candidate, part in hypothesis.each(LoadCandidate):
+        own = faults[candidate.quantity][:, list(candidate.loads)]
+        own = own * theta[:, part] if candidate.quantity == "gain" else own + theta[:, part]
+        faults[candidate.quantity][:, list(candidate.loads)] = own
     return replace(entry, gain=_away_from_zero(faults["gain"]), delay=faults["delay"])
 
 
@@ -109,9 +108,8 @@ def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, F
     """Return pull (dof,) and force of each law: the nominal model's, then the candidates'."""
     nominal, stiffnesses = hypothesis.nominal, np.exp(theta[:, : len(hypothesis.nominal.parts)])
     found = [(nominal.pull(law), law_in_motion(law)) for law in nominal.laws]
-    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if isinstance(candidate, LawCandidate):
-            found.append((candidate.pull, force_of(candidate, nominal, theta[:, part], stiffnesses)))
+    for candidate, part in hypothesis.each(LawCandidate):
+        found.append((candidate.pull, force_of(candidate, nominal, theta[:, part], stiffnesses)))
     return found
 
 
@@ -128,10 +126,9 @@ def _faults(hypothesis: Hypothesis, theta: FloatArray, positions: tuple[int, ...
     """Return gain, delay (s) and slope (1/s) of sensors, (3, variant, sensor); ``positions``: of `SensorOutputs`."""
     faults = np.zeros((3, len(theta), len(positions)))
     faults[0] = 1.0
-    for candidate, part in zip(hypothesis.candidates, hypothesis.slices, strict=True):
-        if isinstance(candidate, SensorCandidate):
-            own = [i for i, position in enumerate(positions) if position == candidate.sensor]
-            faults[FAULTS.index(candidate.quantity)][:, own] = theta[:, part]
+    for candidate, part in hypothesis.each(SensorCandidate):
+        own = [i for i, position in enumerate(positions) if position == candidate.sensor]
+        faults[FAULTS.index(candidate.quantity)][:, own] = theta[:, part]
     return faults
 
 
