@@ -20,9 +20,8 @@ class RunKind(Enum):
 
 
 ALWAYS = frozenset({"out", "quiet"})
-CASES = frozenset(
-    {"kinds", "structure", "tier", "off", "acts", "excitation", "jobs", "seed"}
-)  # on blind cases, however many
+# on blind cases, however many
+CASES = frozenset({"kinds", "structure", "tier", "off", "acts", "excitation", "jobs", "seed"})
 HEEDED: dict[RunKind, frozenset[str]] = {
     RunKind.TABLE: frozenset({"only", "modal_model", "recordings", "seed", "quick"}),
     RunKind.BLIND: CASES | {"noise", "noisy", "changed", "step", "train", "test", "sensors", "peers"},

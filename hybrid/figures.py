@@ -22,6 +22,7 @@ STYLES: dict[str, dict[str, Any]] = {  # colours of Okabe & Ito: distinguished b
     "FE model": {"color": "#E69F00", "linewidth": 1.0, "linestyle": "--"},
     "hybrid": {"color": "#0072B2", "linewidth": 1.1},
 }
+# of Okabe & Ito: distinguished by everyone
 COLOURS = (
     "#0072B2",
     "#E69F00",
@@ -29,7 +30,7 @@ COLOURS = (
     "#CC79A7",
     "#56B4E9",
     "#D55E00",
-)  # of Okabe & Ito: distinguished by everyone
+)
 MOST_POINTS = 2500  # of a line that is drawn as one on a page: longer ones are fewer bytes as an image
 PANEL_WIDTH, PANEL_HEIGHT = 6.2, 1.9  # inches
 WHOLE_WIDTH, ZOOM_WIDTH = 4.2, 2.6  # inches, of a long signal and of the part of it beside it

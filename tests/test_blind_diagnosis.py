@@ -30,9 +30,8 @@ ONE_CHANNEL = 0.8  # the same, of a late sensor among seven
 NEAR = 1.15  # times the noise floor: where the extended forecast must end, as the contract's table asks for it
 CHAIN = BlindConfig(size=LARGE, train=5, test=2, duration=30.0)
 BRIDGE = BlindConfig(structure="bridge", size=LARGE, train=2, test=1, duration=10.0, rich=False)
-NEIGHBOURS = (
-    "harmonic_force",
-)  # which shakes a tower from one node much as from the next, seen by one sensor at its top
+# which shakes a tower from one node much as from the next, seen by one sensor at its top
+NEIGHBOURS = ("harmonic_force",)
 LONGER = 50.0  # s, of the chain under a force at 1.03 times a natural frequency: its first fifth must part the two
 RICH = ("added_mass", "cubic_spring", "sensor_delay")  # hidden in a finer, geometrically nonlinear, scattered bridge
 

@@ -120,9 +120,8 @@ def test_built_structure_builds_again_refined(tmp_path: Path) -> None:
     again = build(str(tmp_path / "a/structure.toml"), "--out", str(tmp_path / "b"), "--refine", "2", "--no-pictures")
     assert again.exit_code == 0, again.output
     assert arrays(tmp_path / "b")["M"].shape == (309, 309)
-    np.testing.assert_allclose(
-        arrays(tmp_path / "b")["frequencies"], arrays(tmp_path / "a")["frequencies"], rtol=1e-4
-    )  # one element a member is off by 3e-5
+    # one element a member is off by 3e-5
+    np.testing.assert_allclose(arrays(tmp_path / "b")["frequencies"], arrays(tmp_path / "a")["frequencies"], rtol=1e-4)
 
 
 def test_refining_sets_the_divisions_and_does_not_compound(tmp_path: Path) -> None:

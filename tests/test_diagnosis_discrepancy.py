@@ -43,9 +43,8 @@ def test_noise_stays_where_noise_counts_and_grows_where_the_model_is_far_off() -
     lengths = lengths_of(batches, Hypothesis(nominal).states)
     short = short_fit(nominal, lengths, noise_model)
     assert search_noise_model(nominal, lengths, noise_model, short) == (noise_model, lengths, short)
-    cleaner = replace(
-        noise_model, sigma=sigma / 1000
-    )  # as if the sensors had hardly any noise, and the model were as wrong
+    # as if the sensors had hardly any noise, and the model were as wrong
+    cleaner = replace(noise_model, sigma=sigma / 1000)
     begun = short_fit(nominal, lengths, cleaner)
     searched, _, found = search_noise_model(nominal, lengths, cleaner, begun)
     assert np.all(searched.sigma > 100 * cleaner.sigma)

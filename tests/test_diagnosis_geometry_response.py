@@ -87,9 +87,8 @@ def test_recordings_side_by_side_are_as_each_alone(laws: tuple[Effect, ...]) -> 
     starts = np.stack([START, -0.5 * START[::-1]])
     both = geometric_motion(laws, starts=starts)
     for one, start in zip(both, starts, strict=True):
-        assert_close(
-            geometric_motion(laws, starts=start[None])[0], one, 2e-3
-        )  # as above: one alone settles in other rounds
+        # as above: one alone settles in other rounds
+        assert_close(geometric_motion(laws, starts=start[None])[0], one, 2e-3)
 
 
 @pytest.mark.parametrize("laws", LAWS.values(), ids=LAWS)

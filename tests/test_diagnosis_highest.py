@@ -47,9 +47,8 @@ def test_a_mode_beyond_the_lowpass_is_followed_where_it_is_larger_than_noise(amp
     data = dataset(two_modes(amplitude))
     assert highest_shown(data, lowpass_of(data)) == pytest.approx(highest, rel=1e-12)
     nominal = nominal_model_of(data)
-    assert (
-        np.sum(nominal.modes[0] < 2 * np.pi * highest) == nominal.size == (14 if amplitude else 11)
-    )  # as the bridge has
+    # as the bridge has
+    assert np.sum(nominal.modes[0] < 2 * np.pi * highest) == nominal.size == (14 if amplitude else 11)
 
 
 @pytest.mark.parametrize(("ringing", "highest"), [(0.01, USUAL), (0.08, RATE / 2)])

@@ -23,7 +23,6 @@ def test_a_soft_element_is_named_under_a_shaker() -> None:
     assert (finding.cause.kind, finding.cause.location) == ("stiffness_change", {"element": 2})
     (size,) = finding.parameters.values()
     assert abs(size.value - 0.85) < 3 * size.std
-    assert (
-        finding.probability > 0.8
-    )  # near half the sampling rate a spline loses a quarter of a load: that much is left
+    # near half the sampling rate a spline loses a quarter of a load: that much is left
+    assert finding.probability > 0.8
     assert found.verdict is Verdict.EXPLAINED

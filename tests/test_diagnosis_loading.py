@@ -34,9 +34,8 @@ def test_loads_of_another_size_are_reported(factor: float) -> None:
     sentence = loading_note(recorded(), factor)
     assert sentence is not None
     size = float(sentence.removeprefix("all loads times ").split()[0])
-    assert size == pytest.approx(
-        factor, rel=0.01
-    )  # which 3 % noise tells to a thousandth, and the words to three digits
+    # which 3 % noise tells to a thousandth, and the words to three digits
+    assert size == pytest.approx(factor, rel=0.01)
 
 
 def test_loads_that_are_right_are_not_reported() -> None:

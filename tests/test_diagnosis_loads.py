@@ -248,9 +248,8 @@ def test_added_mass_under_a_fast_load_is_not_taken_for_noise() -> None:
     setting = setting_of(dataset)
     data = chain_motion(harmonic_forces(40, 3, highest=4.9, count=40), np.zeros((2, 4)), AddedMass(3, 0.6))
     level = 0.03 * data.std(axis=0)[list(setting.measured)]
-    assert setting.noise_model.sigma == pytest.approx(
-        level, rel=0.15
-    )  # of 4 times 75 lines; their power is known to 8 %
+    # of 4 times 75 lines; their power is known to 8 %
+    assert setting.noise_model.sigma == pytest.approx(level, rel=0.15)
     check_named(diagnose(dataset), "added_mass", {"node": 3}, 0.6)
 
 

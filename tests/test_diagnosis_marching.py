@@ -129,9 +129,8 @@ def test_late_sensor_behind_a_low_pass_is_as_late_beside_a_force() -> None:
     beside = replace(two_masses(lambda u, v: 0.0 * u), step=step, delay=late, lowpass=LowPass(0.4))
     start = np.array([1.0, -1.0, 0.3, -0.3])[None, None]
     exact, stepped = (respond(system, start, 100)[0, 0] for system in (linear, beside))
-    off = np.abs(stepped - exact)[20:80].max(axis=0) / np.abs(exact).max(
-        axis=0
-    )  # free of what a curve does at its ends
+    # free of what a curve does at its ends
+    off = np.abs(stepped - exact)[20:80].max(axis=0) / np.abs(exact).max(axis=0)
     assert off.max() < 1e-3  # a curve through twice as many samples; through these it would be 0.04 off
 
 

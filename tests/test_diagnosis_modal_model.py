@@ -113,9 +113,8 @@ def test_own_modal_model_of_the_bridge_forecasts_as_the_bridge_does() -> None:
     nominal, own = both_models(dataset, natural_modes(linearise(bridge()), 20))
     assert own.size == nominal.size < 20  # modes far above the low-pass are not followed
     wanted, found = (forecast_of(each, dataset) for each in (nominal, own))
-    np.testing.assert_allclose(
-        found, wanted, atol=1e-5 * np.abs(wanted).max()
-    )  # ill-conditioned: six sensors, eleven modes
+    # ill-conditioned: six sensors, eleven modes
+    np.testing.assert_allclose(found, wanted, atol=1e-5 * np.abs(wanted).max())
 
 
 def test_scale_and_sign_of_shapes_mean_nothing_also_under_force_laws() -> None:

@@ -121,9 +121,8 @@ def test_noise_that_came_after_a_lowpass_is_estimated_above_it() -> None:
     clean = blind_case(5, BlindConfig(structure="bridge", rich=False, noise=0.0)).dataset
     noise = np.concatenate([a.data - b.data for a, b in zip(after.select("train"), clean.select("train"), strict=True)])
     truth = noise.std(axis=(0, 1))[list(setting.measured)]
-    assert setting.noise_model.sigma == pytest.approx(
-        truth, rel=0.08
-    )  # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
+    # 3 recordings of 200 frequencies above 40 Hz: 2.9 %
+    assert setting.noise_model.sigma == pytest.approx(truth, rel=0.08)
 
 
 @pytest.mark.slow

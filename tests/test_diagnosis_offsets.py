@@ -64,9 +64,8 @@ def test_offset_is_taken_off_to_within_its_own_error_and_a_drift_is_left(size: f
     assert np.ptp(rest) < 1e-12  # one value of all recordings, the test recording's too
     assert abs(rest[0, 0]) < 4 * error  # the averages do not use a recording's ends in full
     assert note.startswith(f"{NOTE_TAKEN_OFF}: a ")
-    assert float(note.split()[-2]) == pytest.approx(
-        size, abs=4 * error + 0.005 * abs(size)
-    )  # three digits are reported
+    # three digits are reported
+    assert float(note.split()[-2]) == pytest.approx(size, abs=4 * error + 0.005 * abs(size))
 
 
 @pytest.mark.slow

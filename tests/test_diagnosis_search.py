@@ -225,9 +225,8 @@ def test_second_cause_is_asked_for_on_a_frame_where_one_leaves_noise_but_a_calib
     left = 2 * np.sin(0.3 * np.arange(part.shape[1]))[:, None]  # 5 Hz, which is in the structure's band
     wanting = replace(item, residuals=(part + left,))
     worse = replace(item, cost=item.cost + 1e8)
-    assert asks_for_more(
-        wanting, worse, setting.noise_model, setting.band
-    )  # little beside that, and yet not noise alone
+    # little beside that, and yet not noise alone
+    assert asks_for_more(wanting, worse, setting.noise_model, setting.band)
 
 
 def test_each_of_two_causes_is_tried_alone() -> None:

@@ -185,7 +185,6 @@ def test_fit_returns_hidden_factors() -> None:
     noise_model = NoiseModel(FITTED, RATE, 1e-4 * np.ones(4))  # small enough for the prior to have no say
     found = fit(hypothesis, hypothesis.centre, (Batch(data, ("a", "b", "c")).cut(60),), noise_model, iterations=30)
     assert found is not None
-    assert found.theta[-1] == pytest.approx(
-        cause.parameters["factor"], abs=3e-3
-    )  # 0.01 sqrt(ENOUGH), from the factor it resembles
+    # 0.01 sqrt(ENOUGH), from the factor it resembles
+    assert found.theta[-1] == pytest.approx(cause.parameters["factor"], abs=3e-3)
     assert np.abs(found.theta[:-1]).max() < 1e-3

@@ -96,9 +96,8 @@ def test_backbone_shows_how_frequency_falls_with_amplitude(softening: float) -> 
     # the change of amplitude within a span of time blurs its mean by a few per cent of the fall of 0.08 Hz
     np.testing.assert_allclose(curve.frequency, expected, atol=2e-3)
     assert np.ptp(curve.frequency) > 0.04 or softening == 0
-    np.testing.assert_allclose(
-        curve.ratio, 0.1 / (2 * np.pi * curve.frequency), rtol=0.05
-    )  # the band takes a little where the frequency moves
+    # the band takes a little where the frequency moves
+    np.testing.assert_allclose(curve.ratio, 0.1 / (2 * np.pi * curve.frequency), rtol=0.05)
 
 
 def test_a_force_that_is_not_linear_leaves_sums_and_differences() -> None:

@@ -68,9 +68,8 @@ def test_all_modes_of_the_bridge() -> None:
     model = linearise(bridge())
     result = natural_modes(model, 153)
     shapes = result.shapes[model.dofs.free]
-    np.testing.assert_allclose(
-        shapes.T @ (model.mass @ shapes), np.eye(153), atol=1e-6
-    )  # w_153^2 / w_1^2 = 2e8 roundings
+    # w_153^2 / w_1^2 = 2e8 roundings
+    np.testing.assert_allclose(shapes.T @ (model.mass @ shapes), np.eye(153), atol=1e-6)
 
 
 def test_sign_makes_the_first_large_translation_positive() -> None:

@@ -162,9 +162,8 @@ def test_the_learning_rate_follows_a_cosine() -> None:
     config = TrainingConfig(epochs=21, learning_rate=0.01)
     rates = [learning_rate_of(config, epoch) for epoch in range(1, 22)]
     assert rates[0] == pytest.approx(0.01)
-    assert rates[10] == pytest.approx(
-        0.01 * (1 + GRADIENT.last_learning_rate_share) / 2
-    )  # halfway: the mean of first and last
+    # halfway: the mean of first and last
+    assert rates[10] == pytest.approx(0.01 * (1 + GRADIENT.last_learning_rate_share) / 2)
     assert rates[-1] == pytest.approx(0.01 * GRADIENT.last_learning_rate_share)
     assert rates == sorted(rates, reverse=True)
     assert learning_rate_of(TrainingConfig(epochs=1, learning_rate=0.01), 1) == pytest.approx(0.01)

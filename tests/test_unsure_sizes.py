@@ -55,9 +55,8 @@ def test_draws_have_the_covariance_that_is_reported(dataset: Dataset) -> None:
     posterior = posterior_over_sizes(measured, found)
     assert posterior is not None
     drawn = posterior.draws(4000, np.random.default_rng(1))
-    np.testing.assert_allclose(
-        drawn.std(axis=0), errors(with_unsure_sizes(measured, found)), rtol=0.1
-    )  # 2 %, heavy tails
+    # 2 %, heavy tails
+    np.testing.assert_allclose(drawn.std(axis=0), errors(with_unsure_sizes(measured, found)), rtol=0.1)
 
 
 @pytest.mark.parametrize("shape", [0.5, 4.0])

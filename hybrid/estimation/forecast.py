@@ -81,9 +81,10 @@ def posterior(
     seen = windows if whole else windows[:, : model.config.encoder_samples]
     estimate = (smooth_state if whole else estimate_state)(model, prior, seen, driving=driving)
     samples = seen.shape[1] * len(model.measured)
+    # (window,)
     scale = (2 * estimate.misfit + UNCERTAINTY.noise_degrees_of_freedom) / (
         samples + UNCERTAINTY.noise_degrees_of_freedom
-    )  # (window,)
+    )
     root = torch.linalg.cholesky_ex(estimate.covariance)[0]  # no number where the forecasts are none
     return estimate.mean, root * scale.sqrt()[:, None, None]
 

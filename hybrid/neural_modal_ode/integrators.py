@@ -88,12 +88,13 @@ def _propagate_nets(
     modes = residual.feeds.shape[1]
     weight, bias, out = residual.nets()
     of_u, of_v = (weight / residual.sizes[:2].T[..., None]).unbind(dim=1)  # (place, hidden) each: 1/m, s/m
+    # (2 mode, place * hidden)
     into = torch.cat(
         [
             (residual.elongations.T[..., None] * of_u).flatten(1),
             (residual.rates.T[..., None] * of_v).flatten(1),
         ]
-    )  # (2 mode, place * hidden)
+    )
     gain = -(residual.feeds * residual.sizes[2, :, None])[:, None] * out  # (place, hidden, mode)
     at_rest = (torch.tanh(bias).transpose(1, 2) * gain).sum(dim=(0, 1))  # (mode,)
     free, held, ramp = weights.split([2 * modes, modes, modes])

@@ -102,9 +102,8 @@ class NeuralModalODE(nn.Module):
         ``driving``: what is known to drive it, over at least as many samples.
         """
         config = self.config
-        z = integrate(
-            self.dynamics, z0, samples, self.step, config.integrator, self.substeps, driving
-        )  # (batch, time, 2 mode)
+        # (batch, time, 2 mode)
+        z = integrate(self.dynamics, z0, samples, self.step, config.integrator, self.substeps, driving)
         force = self.dynamics.force(z)
         q, q_dot = self.dynamics.unscale(z)
         q_ddot = self.dynamics.acceleration(z, force)

@@ -201,9 +201,8 @@ class GaussNewtonTrainer:
 
         As long as a channel is explained badly, its own noise would be so large that nothing is learned from it.
         """
-        std = (
-            GAUSS_NEWTON.std_over_median * error.abs().flatten(0, 1).median(dim=0).values * self.prior.noise_std
-        )  # (measured,)
+        # (measured,)
+        std = GAUSS_NEWTON.std_over_median * error.abs().flatten(0, 1).median(dim=0).values * self.prior.noise_std
         if not each:
             size = self.windows[:, :, self.model.measured].square().mean(dim=(0, 1)).sqrt()
             std = size * (std / size).log().mean().exp()

@@ -38,9 +38,8 @@ def changes_beside(
         return []
     seen = [] if groups is None else _seen_before(nominal, groups, candidates, noise_model, band, advance)
     clear = clear_share(count_of(batches))
-    surely = [
-        item for item in seen if not excess_energy(item, noise_model, band).significant
-    ]  # there nothing else acts
+    # there nothing else acts
+    surely = [item for item in seen if not excess_energy(item, noise_model, band).significant]
     # two laws take too long
     starts = [(item, GROUPS.max_within_share if item.hypothesis.is_linear else clear) for item in surely]
     found: list[Fit] = []

@@ -159,9 +159,8 @@ class ModalSpace:
             row = rows.transpose(0, 2, 1).reshape(len(rows), 2 * n)
             steps += kicks[part][None, :, None] * row[:, None]
         direct = (self.rows @ self.shapes) @ along * self.feels
-        at = np.concatenate(
-            [part[:: DISCREPANCY.parts, None] * along for part in (by_u, by_v)], axis=1
-        )  # (time, 2 mode)
+        # (time, 2 mode)
+        at = np.concatenate([part[:: DISCREPANCY.parts, None] * along for part in (by_u, by_v)], axis=1)
         return steps, direct[None, :, None] * at[:, None]
 
     def remembered(

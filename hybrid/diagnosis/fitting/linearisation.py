@@ -197,9 +197,8 @@ def _in_states(upper: FloatArray, taken: FloatArray) -> FloatArray:
     """Return the initial states (..., recording, state) that show what is ``taken`` (..., recording, vector) by the
     basis of the triangle ``upper`` (vector, state) or (recording, vector, state).
     """
-    many = taken.reshape(-1, *taken.shape[-2:]).transpose(
-        1, 2, 0
-    )  # a triangle is taken apart once for all of a recording
+    # a triangle is taken apart once for all of a recording
+    many = taken.reshape(-1, *taken.shape[-2:]).transpose(1, 2, 0)
     return np.asarray(np.linalg.solve(upper, many).transpose(2, 0, 1).reshape(taken.shape), dtype=np.float64)
 
 

@@ -23,8 +23,7 @@ class NominalConfig:
     # of what loads do to modes that are not followed: accelerations are up to a sixth derivative of them
     load_terms: int = 3
     # values of a frame that are worth one independent value: elements, joints and mesh are a little off everywhere; so
-    # wide,
-    # intervals cover as many parameters of blind bridges as they should (README)
+    # wide, intervals cover as many parameters of blind bridges as they should
     frame_values_per_independent: float = 4.0
     # of the most that a degree of freedom moves: the last that distinguishes unit shapes must by itself
     min_independent_share: float = 1e-6
@@ -94,9 +93,8 @@ class LowpassConfig:
     passed_share: float = 0.2
     # of a channel's energy: less is there of noise that was low-passed, too, or is white and under 5 %
     min_energy_share: float = 1e-3
-    parts: int = 10  # of a recording: in one may ring what a release has shaken, and in the last there is least motion
-    # of a recording: in one may ring what a release has shaken, and in the last there is least motion
-    calm_parts: int = 3
+    parts: int = 10  # of a recording: in one may ring what a release has shaken, ...
+    calm_parts: int = 3  # ... and in the last there is least motion
     # of the noise in a part: releases of a mast leave 0.4 to 1.8 of it, most causes less than 0.1
     min_ringing_share: float = 0.2
     min_loudness_ratio: int = 4  # times the usual part: noise alone, after the low-pass, differs by half of that
@@ -108,10 +106,8 @@ class UnstatedLowpassConfig:
 
     band_far_beyond: tuple[float, float] = (1.5, 1.8)  # of an end: where nothing is
     first_line: int = 3  # line of a spectrum that has nothing of the mean, which is taken away
-    # ratios of power: that near is level, and this little nothing; the usual filter leaves 2e-3
-    max_level_ratio: float = 10.0
-    # ratios of power: that near is level, and this little nothing; the usual filter leaves 2e-3
-    max_power_ratio_beyond: float = 5e-3
+    max_level_ratio: float = 10.0  # of power: that near is level, ...
+    max_power_ratio_beyond: float = 5e-3  # ... and this little is nothing; the usual filter leaves 2e-3
     # likewise: what motion makes of the level falls with it from one half of a recording to the other
     max_decay_ratio: float = 3.0
     min_noise_share: float = 1e-5  # of a channel's energy: motions with less noise fall as steeply

@@ -92,9 +92,8 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     posterior, weak = _mattering(setting, evidence, scorer)
     best = posterior.fits[0]
     simulation = simulation_of(setting, evidence, posterior, scorer)
-    normal = (
-        CALIBRATION.max_deviation_sigma if best.hypothesis.candidates else VERDICT.max_usual_sigma
-    )  # no cause is likelier than a value that far off
+    # no cause is likelier than a value that far off
+    normal = CALIBRATION.max_deviation_sigma if best.hypothesis.candidates else VERDICT.max_usual_sigma
     found = forecasts_of(scorer, simulation.fit, base, best, normal)
     errors = Errors(
         scorer.error(found.calibrated),
@@ -107,9 +106,8 @@ def ruling_of(setting: Setting, evidence: Evidence) -> Ruling:
     )
     wrong = simulation.fit if simulation.is_wrong else base
     verdict, listed = verdict_of(best, evidence.posterior.fits[0], wrong, noise_model, setting.band, errors)
-    hums = hums_of(
-        best, noise_model, posterior.temper * evidence.energy
-    )  # of what is left of the recordings themselves
+    # of what is left of the recordings themselves
+    hums = hums_of(best, noise_model, posterior.temper * evidence.energy)
     verdict = verdict_with(hums, len(best.hypothesis.candidates), verdict)
     before, after = (scorer.held_out_error(forecast) for forecast in (found.nominal, found.extended))
     if verdict is Verdict.EXPLAINED and is_contradicted(before, after, errors):

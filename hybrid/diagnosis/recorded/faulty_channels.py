@@ -152,9 +152,8 @@ def stuck_samples(channel: FloatArray) -> BoolArray:
     found = np.zeros(len(channel), dtype=bool)
     for first, last in zip(*_runs(np.diff(channel) == 0), strict=True):
         near = channel[max(first - CHANNEL_FAULTS.min_equal_values, 0) : last + 1 + CHANNEL_FAULTS.min_equal_values]
-        moves = np.ptp(near) > CHANNEL_FAULTS.min_range_share * np.ptp(
-            channel
-        )  # what has died away repeats a rounded zero
+        # what has died away repeats a rounded zero
+        moves = np.ptp(near) > CHANNEL_FAULTS.min_range_share * np.ptp(channel)
         found[first : last + 1] = moves and last + 1 - first >= CHANNEL_FAULTS.min_equal_values
     rest = channel[~found]
     return found & (len(np.unique(rest)) > CHANNEL_FAULTS.min_distinct_share * len(rest))

@@ -11,9 +11,8 @@ from hybrid.diagnosis.recorded.batches import Batch
 from hybrid.diagnosis.recorded.config import NOISE
 
 WHITE_QUANTILE = -np.log(1 - NOISE.quantile)  # that of white noise's power over its mean
-QUARTILE_LOSS = (
-    NOISE.quantile / (1 - NOISE.quantile) / WHITE_QUANTILE**2
-)  # variance of the density estimated so over that by the mean
+# variance of the density estimated so over that by the mean
+QUARTILE_LOSS = NOISE.quantile / (1 - NOISE.quantile) / WHITE_QUANTILE**2
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ class ModalScanConfig:
     refined_sizes: int = 9  # sizes that are tried between the two next to the best
     # relative errors besides: of first order, in factors that are off by a few deviations
     frequency_error: float = 3e-4
-    shape_error: float = 0.01  # relative errors besides: of first order, in factors that are off by a few deviations
+    shape_error: float = 0.01
 
 
 SCREENING = ScreeningConfig()
