@@ -9,7 +9,7 @@ from fe_models.causes.places import Motion
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modes_and_motion.modal_findings import depending_on, probability_of_two
 from hybrid.diagnosis.nominal.candidates import all_candidates
@@ -40,7 +40,7 @@ def test_a_law_and_a_cause_seldom_meet(dataset: Dataset, other: type[Cause], nod
 def fitted(measured: ModalData, own: Candidate) -> ModalFit:
     claim = Claim(measured.null.hypothesis.adding(own), ((0,),))
     theta = np.append(np.zeros(len(measured.nominal.spread)), own.neutral)
-    found = fit_claim(measured, claim, theta, ErrorSizes(), 1, errors_too=False)
+    found = fit_claim(measured, Start(claim, theta, ErrorSizes()), 1, errors_too=False)
     assert found is not None
     return found
 

@@ -21,7 +21,7 @@ from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.discrepancy.tracking import Track, shortened
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import fit_claim
+from hybrid.diagnosis.modal.evidence import Start, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import value_count
@@ -83,7 +83,7 @@ def track(dataset: fe.Dataset) -> Track:
         for name in ("r0", "r1")
     ]
     measured = ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, tuple(modes))
-    null = fit_claim(measured, measured.null, np.zeros(len(nominal.spread)), ErrorSizes(), 2, errors_too=False)
+    null = fit_claim(measured, Start(measured.null, np.zeros(len(nominal.spread)), ErrorSizes()), 2, errors_too=False)
     assert null is not None
     found = track_of(dataset, measured, null)
     assert found is not None

@@ -16,7 +16,7 @@ from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes, sizes_of
-from hybrid.diagnosis.modal.evidence import fit_claim
+from hybrid.diagnosis.modal.evidence import Start, fit_claim
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -108,9 +108,8 @@ def test_predicted_modes_are_those_of_the_eigenvalue_problem(dataset: Dataset) -
 def test_gradient_of_the_likelihood_is_that_of_finite_differences(dataset: Dataset) -> None:
     rng = np.random.default_rng(2)
     measured = measured_of(dataset, modes_of(chain(off(rng)), "before", rng), modes_of(chain(), "after", rng))
-    found = fit_claim(
-        measured, Claim(measured.null.hypothesis, (), (1,)), np.zeros(len(measured.nominal.spread)), ErrorSizes(), 2
-    )
+    claim = Claim(measured.null.hypothesis, (), (1,))
+    found = fit_claim(measured, Start(claim, np.zeros(len(measured.nominal.spread)), ErrorSizes()), 2)
     assert found is not None
     logs = np.log(ErrorSizes().values) + 0.3
     likelihood, residual, step = Likelihood(found.rows, found.residual), found.residual, 1e-5
@@ -130,13 +129,15 @@ def test_evidence_beside_the_best_values_falls_as_their_posterior_does(dataset: 
     rng = np.random.default_rng(6)
     measured = measured_of(dataset, modes_of(chain(off(rng)), "before", rng), modes_of(chain(off(rng)), "after", rng))
     sizes = ErrorSizes(stiffness_scale=20.0, frequency_varies=0.03)
-    best = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), sizes, 10, errors_too=False)
+    best = fit_claim(
+        measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), sizes), 10, errors_too=False
+    )
     assert best is not None
     for number in range(COUNT):
         theta = best.theta.copy()
         step = np.sqrt(best.covariance[number, number])
         theta[number] += step
-        beside = fit_claim(measured, measured.null, theta, sizes, 1, errors_too=False)
+        beside = fit_claim(measured, Start(measured.null, theta, sizes), 1, errors_too=False)
         assert beside is not None
         expected = 0.5 * step**2 * np.linalg.inv(best.covariance)[number, number]
         # what is not linear in a step of one standard deviation: a few per cent
@@ -153,7 +154,7 @@ def test_values_beside_a_cause_that_is_held_at_its_bound_fit_best_as_it_is(datas
     (own,) = (one for one in search.candidates if one.kind == "added_mass" and one.location == {"node": 3})
     claim = Claim(measured.null.hypothesis.adding(own), (search.everywhere,))
     theta, sizes = np.append(np.zeros(len(measured.nominal.spread)), -1.0), ErrorSizes(mass_scale=3.0)
-    best = fit_claim(measured, claim, theta, sizes, 20, errors_too=False)
+    best = fit_claim(measured, Start(claim, theta, sizes), 20, errors_too=False)
     assert best is not None
     assert best.theta[-1] == pytest.approx(own.lower[0], rel=0.02)
     errors = np.sqrt(np.diag(best.covariance))
@@ -161,7 +162,7 @@ def test_values_beside_a_cause_that_is_held_at_its_bound_fit_best_as_it_is(datas
         for side in (-1, 1):
             theta = best.theta.copy()
             theta[number] += side * errors[number]
-            beside = fit_claim(measured, claim, theta, sizes, 1, errors_too=False)
+            beside = fit_claim(measured, Start(claim, theta, sizes), 1, errors_too=False)
             assert beside is not None
             assert beside.evidence < best.evidence
 

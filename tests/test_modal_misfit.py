@@ -7,7 +7,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import null_fit
@@ -18,7 +18,7 @@ __all__ = ["dataset"]  # a fixture
 
 def fitted(dataset: Dataset) -> tuple[ModalData, ModalFit]:
     measured = measured_of(dataset, modes_of(chain(), "r", np.random.default_rng(0)))
-    found = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
+    found = fit_claim(measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes()))
     assert found is not None
     return measured, found
 

@@ -11,7 +11,7 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, shape_parts
@@ -36,7 +36,7 @@ def fits_of(dataset: Dataset, *nodes: int) -> tuple[ModalData, list[ModalFit]]:
     found = []
     for node in nodes:
         claim = Claim(measured.null.hypothesis.adding(candidates[f"added_mass {{'node': {node}}}"]), ((0,),))
-        fit = fit_claim(measured, claim, np.append(np.zeros(claim.hypothesis.nuisances), MASS), ErrorSizes())
+        fit = fit_claim(measured, Start(claim, np.append(np.zeros(claim.hypothesis.nuisances), MASS), ErrorSizes()))
         assert fit is not None
         found.append(fit)
     return measured, found
@@ -97,7 +97,7 @@ def test_no_sensor_is_advised_where_one_is_held_out(dataset: Dataset) -> None:
 
 def test_nothing_wrong_leaves_nothing_to_measure(dataset: Dataset) -> None:
     measured, _ = fits_of(dataset)
-    null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes(), 2)
+    null = fit_claim(measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes()), 2)
     assert null is not None
     assert next_by_modes(measured, [null], np.ones(1), FEW) is None
 

@@ -9,7 +9,7 @@ from fe_models.recordings import Dataset
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.elliptical_slices import slice_samples
 from hybrid.diagnosis.modal.error_sizes import LOG_SPREADS, ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.nominal_fit import null_fit
 from hybrid.diagnosis.modal.unsure_sizes import likelihood_of_sizes, posterior_over_sizes, with_unsure_sizes
 from tests.test_modal_evidence import chain, dataset, measured_of, modes_of, off, search_of
@@ -83,7 +83,7 @@ def test_sizes_are_as_likely_as_they_are_beside_any_value_of_the_cause(dataset: 
     null = null_fit(measured)
     assert null is not None
     claim = Claim(measured.null.hypothesis.adding(mass), ((0,),))
-    item = fit_claim(measured, claim, np.append(null.theta, 0.02 * mass.width[0]), null.sizes)
+    item = fit_claim(measured, Start(claim, np.append(null.theta, 0.02 * mass.width[0]), null.sizes))
     assert item is not None
     width, centre = claim.hypothesis.width[-1], claim.hypothesis.centre[-1]
     for sizes in (item.sizes, ErrorSizes(), ErrorSizes(mass_scale=4.0)):

@@ -17,7 +17,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_ROOT, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.inflation import log_prior_in
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -89,7 +89,7 @@ def case(problem: Problem, seed: int, claims: int) -> list[Target]:
     rng = np.random.default_rng(seed)
     measured = _measured(problem, *problem.true_case(rng), ErrorSizes(), rng)
     search = Search.of(measured, problem.candidates)
-    null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
+    null = fit_claim(measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes()))
     if null is None:
         raise RuntimeError(f"case {seed}: the chain as drawn has no modes")
     every = tuple(range(len(RECORDINGS)))
@@ -105,7 +105,7 @@ def ranked(problem: Problem, seed: int) -> dict[str, list[int]]:
     rng, _, hypothesis, theta, measured = _drawn(problem, seed)
     if not measured.recordings:  # so damped that nothing vibrates
         return {}
-    null = fit_claim(measured, measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes())
+    null = fit_claim(measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes()))
     item = null and _fitted(measured, null, hypothesis.candidates[0], tuple(range(len(RECORDINGS))))
     posterior = None if item is None else posterior_over_sizes(measured, item)
     return {} if item is None or posterior is None else _ranks(measured, theta, item, posterior.draws(DRAWS, rng))
@@ -115,7 +115,7 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
     """Return the same ranks where the sizes of errors are known, and fits begin at the truth."""
     rng, sizes, hypothesis, theta, measured = _drawn(problem, seed)
     claim = Claim(hypothesis, (tuple(range(len(RECORDINGS))),))
-    item = fit_claim(measured, claim, theta, sizes, errors_too=False) if measured.recordings else None
+    item = fit_claim(measured, Start(claim, theta, sizes), errors_too=False) if measured.recordings else None
     if item is None:
         return {}
     return _ranks(measured, theta, item, draws_of(item.theta, item.covariance, rng))
@@ -170,7 +170,7 @@ def _fitted(measured: ModalData, null: ModalFit, candidate: Candidate, acts: tup
     """Return the best fit with a cause, from sizes to either side of nothing."""
     claim = Claim(measured.null.hypothesis.adding(candidate), (acts,))
     starts = [candidate.neutral[0] + share * candidate.width[0] for share in STARTS]
-    found = [fit_claim(measured, claim, np.append(null.theta, size), ErrorSizes()) for size in starts]
+    found = [fit_claim(measured, Start(claim, np.append(null.theta, size), ErrorSizes())) for size in starts]
     return max((item for item in found if item is not None), key=lambda item: item.evidence, default=None)
 
 

@@ -5,7 +5,7 @@ linear in them (Laplace's approximation, exact slopes); the causes' sizes are fi
 share that fits (Occam's factor) is Laplace's, too. The sizes of errors are those of maximum likelihood.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -36,6 +36,21 @@ from hybrid.diagnosis.response.hypothesis import Hypothesis
 
 
 @dataclass(frozen=True, eq=False)
+class Start:
+    """Where a fit of a ``claim`` begins: ``theta`` (parameter,), the ``sizes`` of errors and their ``inflation``."""
+
+    claim: Claim
+    theta: FloatArray
+    sizes: ErrorSizes
+    inflation: Inflation = field(default_factory=dict)
+
+    def less(self, number: int) -> "Start":
+        """Return the start without one of the claim's causes."""
+        kept = self.claim.hypothesis.parameters_of((number,))
+        return replace(self, claim=self.claim.less(number), theta=self.theta[kept])
+
+
+@dataclass(frozen=True, eq=False)
 class ModalFit:
     """The best ``theta`` (parameter,) of a claim, with the ``sizes`` of errors, and the log ``evidence``.
 
@@ -58,6 +73,11 @@ class ModalFit:
     inflation: Inflation
 
     @property
+    def start(self) -> Start:
+        """Where a fit begins that goes on from this one."""
+        return Start(self.claim, self.theta, self.sizes, self.inflation)
+
+    @property
     def nuisances(self) -> int:
         """Number of nominal values."""
         return self.claim.hypothesis.nuisances
@@ -75,20 +95,17 @@ class ModalFit:
 
 def fit_claim(
     measured: ModalData,
-    claim: Claim,
-    theta: FloatArray,
-    sizes: ErrorSizes,
+    start: Start,
     rounds: int = FIT.max_iterations,
     errors_too: bool = True,
-    inflation: Inflation | None = None,
     doubts_too: bool = False,
 ) -> ModalFit | None:
-    """Return the best fit of a claim from ``theta`` (parameter,), None where the structure cannot stand there.
+    """Return the best fit of a claim from its ``start``, None where the structure cannot stand there.
 
-    With the ``sizes`` of errors and their ``inflation`` as they are, or, ``errors_too``, as is likeliest; or,
-    ``doubts_too``, with the likeliest inflation alone, but for modes whose shapes are not known.
+    With the sizes of errors and their inflation as they are, or, ``errors_too``, as is likeliest; or, ``doubts_too``,
+    with the likeliest inflation alone, but for modes whose shapes are not known.
     """
-    inflation = inflation or {}
+    claim, theta, sizes, inflation = start.claim, start.theta, start.sizes, start.inflation
     hypothesis, first = claim.hypothesis, claim.hypothesis.nuisances
     best: ModalFit | None = None
     for number in range(rounds):

@@ -1,12 +1,12 @@
 """The fit of the nominal structure with nothing wrong in it but values that may be far off."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.inflation import likeliest_inflation
 from hybrid.diagnosis.modal.modal_data import ModalData
 
@@ -32,7 +32,7 @@ def null_fit(measured: ModalData) -> ModalFit | None:
         if number:
             theta[:parts] += FIT.start_spread * rng.standard_normal(parts)
         sizes = ErrorSizes(element_scale=FIT.element_scales[number % len(FIT.element_scales)])
-        item = fit_claim(measured, measured.null, theta, sizes, FIT.null_iterations)
+        item = fit_claim(measured, Start(measured.null, theta, sizes), FIT.null_iterations)
         found += [] if item is None else [item]
         best = max(found, key=lambda own: own.evidence, default=None)
         if best is None or (best.sizes.are_usual and len(best.pairs) == measured.modes):
@@ -46,12 +46,12 @@ def _with_doubts(measured: ModalData) -> list[ModalFit]:
     """Return the fit that begins with doubts in frequencies that are far from those drawn, where some modes' shapes are
     not known: begun without, values are off by as much as a wrong frequency asks for.
     """
-    known = measured, measured.null, -measured.offset, ErrorSizes()
+    start = Start(measured.null, -measured.offset, ErrorSizes())
     begun = None
     if not all(own.has_shape.all() for own in measured.recordings):
-        begun = fit_claim(*known, rounds=1, errors_too=False)
+        begun = fit_claim(measured, start, 1, errors_too=False)
     if begun is None or not len(begun.pairs):
         return []
     doubts = likeliest_inflation(measured, begun.rows, begun.residual, begun.sizes, begun.pairs)
-    item = fit_claim(*known, FIT.null_iterations, inflation=doubts)
+    item = fit_claim(measured, replace(start, inflation=doubts), FIT.null_iterations)
     return [] if item is None else [item]

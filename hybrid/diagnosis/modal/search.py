@@ -21,23 +21,13 @@ from hybrid.diagnosis.contest.posterior import PRIOR_NOTHING_WRONG
 from hybrid.diagnosis.modal.claim import Claim
 from hybrid.diagnosis.modal.config import SCAN
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim, refitted_errors, with_errors
-from hybrid.diagnosis.modal.inflation import Inflation, without_doubts_in_frequencies
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim, refitted_errors, with_errors
+from hybrid.diagnosis.modal.inflation import without_doubts_in_frequencies
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes, worth_a_fit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
-
-
-@dataclass(frozen=True)
-class Start:
-    """Where a fit of a ``claim`` begins: ``theta`` (parameter,), the ``sizes`` of errors and their ``inflation``."""
-
-    claim: Claim
-    theta: FloatArray
-    sizes: ErrorSizes
-    inflation: Inflation
 
 
 @dataclass(frozen=True)
@@ -145,7 +135,7 @@ class Search:
         """
         drawn = None
         if null.sizes.values_are_off:
-            drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes(), {}), doubts_too=False)
+            drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes()), doubts_too=False)
         if drawn is None:
             return []
         return self._with_another_cause([drawn], least=SCAN.min_share * (null.evidence - drawn.evidence))
@@ -166,9 +156,7 @@ class Search:
         groups = [group for group in self.groups if len(group) < self.count]
         guessed = [refitted_errors(self.measured, null, Claim(null.claim.hypothesis, (), group)) for group in groups]
         best = self.ranked(guessed)[: SCAN.max_kept]
-        found = [
-            fit_claim(self.measured, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in best
-        ]
+        found = [fit_claim(self.measured, item.start) for item in best]
         return [item for item in found if item is not None]
 
     def _with_another_cause(
@@ -184,8 +172,9 @@ class Search:
                     continue
                 seen.add(start.claim.key)
                 added = start.theta[len(base.theta) :]
-                for theta, of in ((start.theta, start), (np.append(base.theta, added), base)):
-                    item = fit_claim(self.measured, start.claim, theta, of.sizes, inflation=of.inflation)
+                beside_base = replace(base.start, claim=start.claim, theta=np.append(base.theta, added))
+                for each in (start, beside_base):
+                    item = fit_claim(self.measured, each)
                     found += [] if item is None else [item]
         return found
 
@@ -257,7 +246,7 @@ class Search:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
         items = [item for item in parallel_map(self._fitted, starts) if item is not None]
         best = sorted(items, key=lambda item: -self.score(item))[: SCAN.max_fitted]
-        return [Start(item.claim, item.theta, item.sizes, item.inflation) for item in best]
+        return [item.start for item in best]
 
     def _fitted(self, start: Start, doubts_too: bool = True) -> ModalFit | None:
         """Return a start after a few rounds of fitting, the sizes of errors as they were.
@@ -265,8 +254,7 @@ class Search:
         ``doubts_too``: with doubts in modes as is likeliest. Values that are far off lead some of these to others'
         places, and without doubts everything else with them.
         """
-        known = (start.claim, start.theta, start.sizes, SCAN.polishing_rounds)
-        return fit_claim(self.measured, *known, errors_too=False, inflation=start.inflation, doubts_too=doubts_too)
+        return fit_claim(self.measured, start, SCAN.polishing_rounds, errors_too=False, doubts_too=doubts_too)
 
     def _with_causes_taken_out(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
@@ -310,9 +298,7 @@ class Search:
         touching = frozenset(
             own.key for own in self.candidates if not here.isdisjoint(nodes_at(own.location, structure))
         )
-        kept = best.claim.hypothesis.parameters_of((number,))
-        less, theta = best.claim.less(number), best.theta[kept]
-        base = fit_claim(self.measured, less, theta, best.sizes, 1, errors_too=False, inflation=best.inflation)
+        base = fit_claim(self.measured, best.start.less(number), 1, errors_too=False)
         own = tuple(candidate for candidate in self.candidates if anywhere or candidate.key in touching)
         search, beside = replace(self, candidates=own), Touching(touching, best.claim.acts[number])
         return [] if base is None else search._with_another_cause([base], beside)
@@ -328,17 +314,7 @@ def _start(base: ModalFit, trial: Trial) -> Start:
 
 def less_one(measured: ModalData, item: ModalFit) -> list[ModalFit]:
     """Return the fits of a fit's claim less one of its causes, each in turn."""
-    claim = item.claim
-    found = [
-        fit_claim(
-            measured,
-            claim.less(number),
-            item.theta[claim.hypothesis.parameters_of((number,))],
-            item.sizes,
-            inflation=item.inflation,
-        )
-        for number in range(len(claim.acts))
-    ]
+    found = [fit_claim(measured, item.start.less(number)) for number in range(len(item.claim.acts))]
     return [own for own in found if own is not None]
 
 

@@ -36,8 +36,7 @@ def _scores(
     """Return how well a recording is forecast without a change, and with it."""
     if measured is None:
         return None
-    kept = best.claim.hypothesis.parameters_of((number,))
-    both = ((best.claim.less(number), best.theta[kept]), (best.claim, best.theta))
+    both = (best.start.less(number), best.start)
     spaces = [spaces_of(dataset, measured, best, recording, start) for start in both]
     if not all(spaces):
         return None

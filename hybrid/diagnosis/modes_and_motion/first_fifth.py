@@ -7,7 +7,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from fe_models.arrays import FloatArray
 from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.discrepancy.expected_modes import MotionClaim, expectation_of
@@ -15,8 +14,7 @@ from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.recorded_motions import as_identified
 from hybrid.diagnosis.fitting.config import FORECAST
 from hybrid.diagnosis.fitting.forecast_score import shown_of
-from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.recorded.batches import measured_columns
@@ -45,16 +43,16 @@ def with_first_fifth_of(dataset: Dataset, measured: ModalData, recording: int) -
 
 
 def spaces_of(
-    dataset: Dataset, measured: ModalData, best: ModalFit, recording: int, start: tuple[Claim, FloatArray] | None = None
+    dataset: Dataset, measured: ModalData, best: ModalFit, recording: int, start: Start | None = None
 ) -> list[ModalSpace]:
     """Return the modes that a ``recording`` has by a claim that is fitted anew to what was ``measured``, and then those
     of the others that it says are of another state; none where the structure does not stand.
 
-    ``start``: the claim, and where its fit begins; None: those of the ``best`` fit, whose errors are taken in any case.
+    ``start``: of the fit to the claim; None: the ``best`` fit.
     """
-    claim, theta = start or (best.claim, best.theta)
-    inflation = {place: own for place, own in best.inflation.items() if place[0] != recording}
-    fit = fit_claim(measured, claim, theta, best.sizes, FORECAST.fold_iterations, errors_too=False, inflation=inflation)
+    start = start or best.start
+    claim, inflation = start.claim, {place: own for place, own in start.inflation.items() if place[0] != recording}
+    fit = fit_claim(measured, replace(start, inflation=inflation), FORECAST.fold_iterations, errors_too=False)
     if fit is None:
         return []
     others = {claim.idle_in(own): own for own in range(len(measured.recordings))}

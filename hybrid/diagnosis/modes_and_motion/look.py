@@ -12,7 +12,7 @@ from fe_models.errors import InputError
 from fe_models.recordings import Dataset
 from hybrid.diagnosis.config import SEARCH_CHOICE, THREADS
 from hybrid.diagnosis.modal.config import FIT
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
 from hybrid.diagnosis.modal.search import Search
@@ -93,7 +93,7 @@ def rebased(dataset: Dataset, nominal_fit: NominalFit) -> NominalFit:
         offset[:parts] += shift
         theta[:parts] = 0.0
         moved = replace(measured, nominal=nominal, offset=offset)
-        again = fit_claim(moved, moved.null, theta, null.sizes)
+        again = fit_claim(moved, Start(moved.null, theta, null.sizes))
         if again is None or again.evidence < null.evidence - FIT.same_nats:
             break
         nominal_fit = NominalFit(moved, again)

@@ -122,8 +122,8 @@ def depending_on(finding: Finding, surely: float) -> Finding:
 
 def _without(item: ModalFit, number: int) -> ModalFit:
     """Return a fit's theta as one of its claim less one cause."""
-    kept = item.claim.hypothesis.parameters_of((number,))
-    return replace(item, claim=item.claim.less(number), theta=item.theta[kept])
+    less = item.start.less(number)
+    return replace(item, claim=less.claim, theta=less.theta)
 
 
 def _finding(

@@ -11,7 +11,7 @@ from hybrid.diagnosis.discrepancy.recorded_motions import track_of
 from hybrid.diagnosis.discrepancy.settling import settled
 from hybrid.diagnosis.discrepancy.tracking import Track
 from hybrid.diagnosis.fitting.config import FORECAST
-from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
+from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 
 
@@ -59,9 +59,8 @@ def without_recordings(
     theta = motion.fit.theta[motion.fit.claim.hypothesis.parameters_of(idle)]
     factors = motion.fit.inflation.items()
     inflation = {(kept.index(recording), mode): own for (recording, mode), own in factors if recording in kept}
-    fit = fit_claim(
-        measured, claim, theta, motion.fit.sizes, FORECAST.fold_iterations, errors_too=False, inflation=inflation
-    )
+    start = Start(claim, theta, motion.fit.sizes, inflation)
+    fit = fit_claim(measured, start, FORECAST.fold_iterations, errors_too=False)
     if fit is None:
         return None
     if motion.law is None:

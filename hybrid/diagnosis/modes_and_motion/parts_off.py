@@ -42,7 +42,7 @@ def parts_off_beside(measured: ModalData, fit: ModalFit, unknown: Unknown | None
     if unknown is None or not surely:
         return surely
     unsure = replace(measured, recordings=tuple(moved_by_unknown(own, unknown.size) for own in measured.recordings))
-    again = fit_claim(unsure, fit.claim, fit.theta, fit.sizes, inflation=fit.inflation)
+    again = fit_claim(unsure, fit.start)
     beside = np.zeros(len(measured.nominal.parts)) if again is None else _probability_off(unsure, again)
     found = {
         number: own + unknown.probability * min(float(beside[number]) - own, 0.0) for number, own in surely.items()

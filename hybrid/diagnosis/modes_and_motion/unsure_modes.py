@@ -23,7 +23,7 @@ def ranked_with_unsure_modes(
     """
     unsure = replace(measured, recordings=tuple(widened_by_straying(own, left.size) for own in measured.recordings))
     kept = search.ranked([*fits[: CONCLUSION.refitted], *less_one(measured, fits[0])])
-    again = [fit_claim(unsure, item.claim, item.theta, item.sizes, inflation=item.inflation) for item in kept]
+    again = [fit_claim(unsure, item.start) for item in kept]
     both = [(item, new) for item, new in zip(kept, again, strict=True) if new is not None]
     if not both:
         return list(fits), probabilities(search, fits)
