@@ -17,7 +17,7 @@ from hybrid.diagnosis.contest.posterior import Posterior
 from hybrid.diagnosis.fitting.forecast_score import ForecastScore
 from hybrid.diagnosis.fitting.least_squares import Fit
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
-from hybrid.diagnosis.modes_and_motion.forecasts import Forecasts
+from hybrid.diagnosis.modes_and_motion.forecasts import MotionForecasts
 from hybrid.diagnosis.modes_and_motion.modal_findings import State
 from hybrid.diagnosis.modes_and_motion.paired_modes import PairedMode
 from hybrid.diagnosis.next_measurement.hypotheses import Cause
@@ -128,7 +128,7 @@ def answer_by_modes(dataset: Dataset, *findings: Finding, verdict: Verdict = Ver
     roles = SensorRoles(sensors, own, noise)
     ones = np.ones((1, len(sensors)))
     before, after = (ForecastScore(error * ones, FLOOR * ones, 100.0 * error, 1.0) for error in (BEFORE, AFTER))
-    forecasts = Forecasts(before, after, example_of(dataset), roles)
+    forecasts = MotionForecasts(before, after, example_of(dataset), roles)
     names = tuple(recording.name for recording in dataset.recordings)
     states = tuple(State((name,), (1.0, 2.9), (0.001, 0.002), (0.01, 0.011)) for name in names)
     modes = (

@@ -16,7 +16,7 @@ from hybrid.diagnosis.modal.evidence import with_errors
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
-from hybrid.diagnosis.modal.scan import scan
+from hybrid.diagnosis.modal.scan import scan_claims
 from hybrid.diagnosis.modes_and_motion.look import rebased
 from hybrid.diagnosis.nominal.candidates import all_candidates
 from hybrid.diagnosis.nominal.structure_model import nominal_model_of
@@ -90,6 +90,6 @@ def test_a_support_that_gives_a_little_in_one_recording_is_what_its_modes_ask_fo
     null = null_fit(measured)
     assert null is not None
     rivals = [own for own in candidates if own.kind in (SupportSpring.kind, StiffnessChange.kind)]
-    first = scan(measured, with_errors(measured, null, null.sizes.as_usual), rivals, [(0,), (1,), (0, 1)])[0]
+    first = scan_claims(measured, with_errors(measured, null, null.sizes.as_usual), rivals, [(0,), (1,), (0, 1)])[0]
     assert (first.candidate.key, first.acts) == (right.key, (1,))
     assert first.size == pytest.approx(compliance, rel=0.5)  # one step of least squares, its effect saturates

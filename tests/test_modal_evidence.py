@@ -15,7 +15,7 @@ from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.error_sizes import ErrorSizes, sizes_of
+from hybrid.diagnosis.modal.error_sizes import ErrorSizes, sizes_at
 from hybrid.diagnosis.modal.evidence import Start, fit_claim
 from hybrid.diagnosis.modal.likely_errors import Likelihood
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
@@ -23,7 +23,7 @@ from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import null_fit
 from hybrid.diagnosis.modal.pairing import paired
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
-from hybrid.diagnosis.modal.search import Search, probabilities
+from hybrid.diagnosis.modal.search import ClaimSearch, probabilities
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.modes_and_motion.modal_findings import findings_of, states_of
 from hybrid.diagnosis.modes_and_motion.parts_off import Unknown, is_off_throughout, parts_off_beside, parts_surely_off
@@ -81,12 +81,12 @@ def measured_of(dataset: Dataset, *recordings: MeasuredModes) -> ModalData:
     return ModalData(nominal, np.zeros(len(nominal.spread)), SENSORS, RATE, recordings)
 
 
-def search_of(dataset: Dataset, measured: ModalData) -> Search:
+def search_of(dataset: Dataset, measured: ModalData) -> ClaimSearch:
     """Return the search over all causes."""
     omega, shapes = measured.nominal.modes
     moved = np.random.default_rng(1).standard_normal((50, COUNT))
     motion = Motion((moved / omega) @ shapes.T, moved @ shapes.T)
-    return Search.of(measured, all_candidates(measured.nominal, dataset, motion, tuple(range(COUNT))))
+    return ClaimSearch.of(measured, all_candidates(measured.nominal, dataset, motion, tuple(range(COUNT))))
 
 
 def off(rng: np.random.Generator) -> FloatArray:
@@ -113,12 +113,12 @@ def test_gradient_of_the_likelihood_is_that_of_finite_differences(dataset: Datas
     assert found is not None
     logs = np.log(ErrorSizes().values) + 0.3
     likelihood, residual, step = Likelihood(found.rows, found.residual), found.residual, 1e-5
-    value, slope = likelihood.at(sizes_of(logs))
-    dense = multivariate_normal(cov=found.rows.covariance(sizes_of(logs))).logpdf(residual)
+    value, slope = likelihood.at(sizes_at(logs))
+    dense = multivariate_normal(cov=found.rows.covariance(sizes_at(logs))).logpdf(residual)
     assert value == pytest.approx(dense, abs=1e-6)  # of some hundreds
     units = np.eye(len(logs)) * step
     expected = [
-        (likelihood.at(sizes_of(logs + unit))[0] - likelihood.at(sizes_of(logs - unit))[0]) / (2 * step)
+        (likelihood.at(sizes_at(logs + unit))[0] - likelihood.at(sizes_at(logs - unit))[0]) / (2 * step)
         for unit in units
     ]
     np.testing.assert_allclose(slope, expected, rtol=1e-4, atol=1e-4)

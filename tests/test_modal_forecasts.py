@@ -19,7 +19,7 @@ from hybrid.diagnosis.discrepancy.settling import settled
 from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modes_and_motion.conclusion import ModalDiagnosis
-from hybrid.diagnosis.modes_and_motion.forecasts import forecasts_of
+from hybrid.diagnosis.modes_and_motion.forecasts import motion_forecasts_of
 from hybrid.diagnosis.modes_and_motion.look import look_at
 from hybrid.diagnosis.modes_and_motion.motion_fit import MotionFit, motion_by_claim
 from hybrid.diagnosis.recorded.batches import Batch
@@ -60,7 +60,7 @@ def test_a_structure_that_was_found_is_forecast_as_well_as_noise_lets_it(far: tu
     """Noise of 1 % of each channel's rms; a chance of a tenth on the floor's own estimate of it."""
     dataset, found = far
     look = look_at(dataset, nothing)
-    forecasts = forecasts_of(dataset, look.nominal_fit, found)
+    forecasts = motion_forecasts_of(dataset, look.nominal_fit, found)
     assert forecasts is not None
     own = dataset.select("test")[0].data[0]
     rest = own[len(own) // 5 :]
@@ -204,8 +204,8 @@ def test_without_recordings_for_testing_each_is_forecast_by_the_others() -> None
     look = look_at(dataset, nothing)
     found = motion_by_claim(look.dataset, look.measured, look.drawn)
     assert found is not None
-    forecasts = forecasts_of(dataset, look.nominal_fit, found)
+    forecasts = motion_forecasts_of(dataset, look.nominal_fit, found)
     assert forecasts is not None
     assert forecasts.after.nrmse.shape == (3, len(SENSORS))
     assert forecasts.reach_noise
-    assert forecasts_of(recorded({"a": truth}), look.nominal_fit, found) is None
+    assert motion_forecasts_of(recorded({"a": truth}), look.nominal_fit, found) is None

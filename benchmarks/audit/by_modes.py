@@ -16,7 +16,7 @@ from benchmarks.audit.ranks import DRAWS, draws_of, ranks_of
 from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_ROOT, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_of
+from hybrid.diagnosis.modal.error_sizes import LOG_MEDIANS, LOG_ROOT, MAX_SPREADS, SCALE_OF, ErrorSizes, sizes_at
 from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.inflation import log_prior_in
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
@@ -25,7 +25,7 @@ from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO, ModeValues, fre
 from hybrid.diagnosis.modal.paired_rows import log_density_of_unpaired, rows_of, values_of
 from hybrid.diagnosis.modal.predicted_modes import predicted_modes
 from hybrid.diagnosis.modal.rows import Rows
-from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.modal.search import ClaimSearch
 from hybrid.diagnosis.modal.unsure_sizes import posterior_over_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 
@@ -88,7 +88,7 @@ def case(problem: Problem, seed: int, claims: int) -> list[Target]:
     """Return the targets of a case: nothing wrong, and the best of the ``claims`` of a cause in all recordings."""
     rng = np.random.default_rng(seed)
     measured = _measured(problem, *problem.true_case(rng), ErrorSizes(), rng)
-    search = Search.of(measured, problem.candidates)
+    search = ClaimSearch.of(measured, problem.candidates)
     null = fit_claim(measured, Start(measured.null, np.zeros(len(measured.nominal.spread)), ErrorSizes()))
     if null is None:
         raise RuntimeError(f"case {seed}: the chain as drawn has no modes")
@@ -124,7 +124,7 @@ def ranked_given_errors(problem: Problem, seed: int) -> dict[str, list[int]]:
 def _drawn(problem: Problem, seed: int) -> tuple[np.random.Generator, ErrorSizes, Hypothesis, FloatArray, ModalData]:
     """Return sizes of errors, a hypothesis and its theta from their priors, and what is measured of them."""
     rng, bare = np.random.default_rng(seed), _bare(problem)
-    sizes = sizes_of(LOG_MEDIANS + LOG_ROOT @ np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS))
+    sizes = sizes_at(LOG_MEDIANS + LOG_ROOT @ np.clip(rng.standard_normal(len(LOG_MEDIANS)), -MAX_SPREADS, MAX_SPREADS))
     scales = np.array([getattr(sizes, SCALE_OF[kind]) for kind in bare.kinds])
     hypothesis, theta = problem.from_prior(rng, seed, scales)
     return rng, sizes, hypothesis, theta, _measured(problem, hypothesis, theta, sizes, rng)

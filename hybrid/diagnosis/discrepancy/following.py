@@ -8,7 +8,7 @@ import numpy as np
 from fe_models.arrays import FloatArray
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.kalman import FilteredMotion, filtered
-from hybrid.diagnosis.discrepancy.linearisation import Linearisation, unforced
+from hybrid.diagnosis.discrepancy.linearisation import LinearisedMotion, unforced
 from hybrid.diagnosis.discrepancy.modal_space import ModalSpace
 from hybrid.diagnosis.discrepancy.size import Discrepancy
 from hybrid.diagnosis.parallel import parallel_map
@@ -25,7 +25,7 @@ class FollowedMotion:
     noise: FloatArray
     envelope: FloatArray
     amplitude: FloatArray
-    linearisation: Linearisation | None = None
+    linearisation: LinearisedMotion | None = None
 
     @property
     def samples(self) -> int:

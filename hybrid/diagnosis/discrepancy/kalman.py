@@ -10,7 +10,7 @@ import numpy as np
 
 from fe_models.arrays import FloatArray
 from hybrid.compiled import compiled, put_matrix, put_vector
-from hybrid.diagnosis.discrepancy.linearisation import Linearisation
+from hybrid.diagnosis.discrepancy.linearisation import LinearisedMotion
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class FilteredMotion:
     state), smoothed; ``log_scale``: of all scales, what a log density has of them.
     """
 
-    linearisation: Linearisation
+    linearisation: LinearisedMotion
     white: FloatArray
     gains: FloatArray
     scales: FloatArray
@@ -34,7 +34,7 @@ class FilteredMotion:
 
 
 def filtered(
-    about: Linearisation, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
+    about: LinearisedMotion, data: FloatArray, noise: FloatArray, pushes: FloatArray, begin: FloatArray, step: float
 ) -> FilteredMotion:
     """Return what a filter makes of ``data`` (time, sensor) with a variance of ``noise`` (time, sensor), or (sensor,),
     linear ``about`` some motion.

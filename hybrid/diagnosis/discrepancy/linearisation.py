@@ -20,7 +20,7 @@ FIRST_SHARE = 0.3  # of its reach: how far what a spring remembers at first may 
 
 
 @dataclass(frozen=True, eq=False)
-class Linearisation:
+class LinearisedMotion:
     """The ``states`` (time, 2 mode) about which a motion is linear; the ``transition`` (time, state, state) of what is
     beside them, and the ``drift`` (time, 2 mode) that it has in each step; the ``output`` (time, sensor, state) and
     what the states have ``shown`` (time, sensor). One transition and output alone: the same at all times. States beyond
@@ -39,11 +39,11 @@ class Linearisation:
         return np.concatenate([values, np.zeros((*values.shape[:-1], len(self.first)))], axis=-1)
 
 
-def unforced(space: ModalSpace, samples: int) -> Linearisation:
+def unforced(space: ModalSpace, samples: int) -> LinearisedMotion:
     """Return the motion of modes under no forces: linear about rest."""
     size, sensors = 2 * space.count, len(space.shown)
     rest = np.zeros((samples, size))
-    return Linearisation(rest, space.whole_transition[None], rest, space.output[None], np.zeros((samples, sensors)))
+    return LinearisedMotion(rest, space.whole_transition[None], rest, space.output[None], np.zeros((samples, sensors)))
 
 
 def pushed_by(law: LawForce, space: ModalSpace, motion: FineMotion) -> Push:
@@ -57,7 +57,7 @@ def elongation_of(law: LawForce, space: ModalSpace, motion: FineMotion) -> tuple
     return motion.q @ along, motion.rate @ along
 
 
-def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) -> Linearisation:
+def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) -> LinearisedMotion:
     """Return the motion under force ``laws`` about ``states`` (time, 2 mode)."""
     motion, size = space.fine_motion(states), states.shape[1]
     remembering = [law for law in laws if isinstance(law, RememberedForce)]
@@ -85,4 +85,4 @@ def linearised(space: ModalSpace, states: FloatArray, laws: Sequence[LawForce]) 
     drift[:-1] -= states[1:]
     drift[-1] = 0.0
     first = np.array([FIRST_SHARE * law.hysteresis.spring.reach for law in remembering])
-    return Linearisation(states, transition, drift, output, shown, first)
+    return LinearisedMotion(states, transition, drift, output, shown, first)

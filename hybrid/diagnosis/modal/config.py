@@ -81,7 +81,7 @@ class FitConfig:
 
 
 @dataclass(frozen=True)
-class ScanConfig:
+class ClaimScanConfig:
     """Which claims are worth a fit."""
 
     # prior standard deviations from doing nothing at which a cause is tried; a step of least squares goes on from each
@@ -136,6 +136,6 @@ LISTED = ListedConfig()
 UNPAIRED = UnpairedConfig()
 INFLATION = InflationConfig()
 FIT = FitConfig()
-SCAN = ScanConfig()
+CLAIM_SCAN = ClaimScanConfig()
 UNSURE_SIZES = UnsureSizesConfig()
 CONCLUSION = ConclusionConfig()

@@ -111,6 +111,6 @@ SCALE_OF = {
 """Which size is the scale of nominal values of a kind."""
 
 
-def sizes_of(logs: FloatArray) -> ErrorSizes:
+def sizes_at(logs: FloatArray) -> ErrorSizes:
     """Return the sizes of these logarithms (size,)."""
     return replace(ErrorSizes(), **dict(zip(SIZE_NAMES, np.exp(logs).tolist(), strict=True)))

@@ -21,7 +21,7 @@ from hybrid.diagnosis.modal.error_sizes import (
     SCALE_OF,
     SIZE_NAMES,
     ErrorSizes,
-    sizes_of,
+    sizes_at,
 )
 from hybrid.diagnosis.modal.mode_values import MODE_QUANTITIES
 from hybrid.diagnosis.modal.rows import Rows
@@ -32,14 +32,14 @@ def likeliest_sizes(rows: Rows, residual: FloatArray, start: ErrorSizes, iterati
     likelihood = Likelihood(rows, residual)
 
     def cost(logs: FloatArray) -> tuple[float, FloatArray]:
-        sizes = sizes_of(logs)
+        sizes = sizes_at(logs)
         value, slope = likelihood.at(sizes)
         return -value - sizes.log_prior, -(slope - LOG_PRECISION @ (logs - LOG_MEDIANS))
 
     begun = np.clip(np.log(start.values), LOG_LOWER, LOG_UPPER)
     bounds = list(zip(LOG_LOWER, LOG_UPPER, strict=True))
     found = minimize(cost, begun, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": iterations})
-    return sizes_of(found.x)
+    return sizes_at(found.x)
 
 
 @dataclass(frozen=True, eq=False)

@@ -19,7 +19,7 @@ from fe_models.causes.candidate import (
     ModeCandidate,
     SensorCandidate,
 )
-from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.config import CLAIM_SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import free_values
@@ -32,7 +32,7 @@ Recordings = tuple[int, ...]
 
 
 @dataclass(frozen=True)
-class Trial:
+class ClaimTrial:
     """A ``candidate`` of a ``size`` in the recordings where it ``acts``, and what its log evidence may ``gain``."""
 
     candidate: Candidate
@@ -47,9 +47,9 @@ def shows_in_modes(candidate: Candidate) -> bool:
     return isinstance(candidate, MatrixCandidate | ModeCandidate | SensorCandidate) and not drifts
 
 
-def scan(
+def scan_claims(
     measured: ModalData, base: ModalFit, candidates: Sequence[Candidate], groups: Sequence[Recordings]
-) -> list[Trial]:
+) -> list[ClaimTrial]:
     """Return the trials of all ``candidates`` in all ``groups`` of recordings, most promising first."""
     taken = {candidate.key for candidate in base.claim.hypothesis.candidates}
     own = [candidate for candidate in candidates if shows_in_modes(candidate) and candidate.key not in taken]
@@ -57,15 +57,17 @@ def scan(
     return sorted((trial for trials in found for trial in trials), key=lambda trial: -trial.gain)
 
 
-def worth_a_fit(ranked: Sequence[Trial], most: int) -> Sequence[Trial]:
+def worth_a_fit(ranked: Sequence[ClaimTrial], most: int) -> Sequence[ClaimTrial]:
     """Return the first of ``ranked`` trials, at ``most`` so many: as many as may be the best of all when fitted."""
-    least = SCAN.min_promise * max((trial.gain for trial in ranked), default=0.0)
+    least = CLAIM_SCAN.min_promise * max((trial.gain for trial in ranked), default=0.0)
     return ranked[: min(sum(trial.gain >= least for trial in ranked), most)]
 
 
 def sizes_of(candidate: Candidate) -> FloatArray:
     """Return the sizes (size,) at which a cause is tried, in bounds."""
-    sizes = np.unique(np.concatenate([candidate.neutral[0] + np.array(SCAN.sizes) * candidate.width[0], candidate.far]))
+    sizes = np.unique(
+        np.concatenate([candidate.neutral[0] + np.array(CLAIM_SCAN.sizes) * candidate.width[0], candidate.far])
+    )
     most = candidate.upper[0] if candidate.upper else np.inf
     return np.asarray(sizes[(sizes > candidate.lower[0]) & (sizes < most)])
 
@@ -78,7 +80,7 @@ class _Scan:
     base: ModalFit
     groups: tuple[Recordings, ...]
 
-    def trials(self, candidate: Candidate) -> list[Trial]:
+    def trials(self, candidate: Candidate) -> list[ClaimTrial]:
         """Return a candidate in each group, of the size that promises most; none where the structure does not stand."""
         with_it = self.base.claim.hypothesis.adding(candidate)
         sizes = sizes_of(candidate)
@@ -146,7 +148,7 @@ class _Scan:
         known = np.minimum(pairs.mode[here], modes.roots.shape[1] - 1)
         return values - modes.values_over(np.where(anew >= 0, anew, known), pairs.reference[here])
 
-    def _best_trials(self, candidate: Candidate, sizes: FloatArray, changes: FloatArray) -> list[Trial]:
+    def _best_trials(self, candidate: Candidate, sizes: FloatArray, changes: FloatArray) -> list[ClaimTrial]:
         """Return the best size of a candidate in each group; ``changes`` (size, row) of what is left by its action."""
         base, basis = self.base, self._basis
         width, neutral = candidate.width[0], candidate.neutral[0]
@@ -170,7 +172,7 @@ class _Scan:
             size = sizes[best[number]] + np.clip(step[number, best[number]], -width, width)
             least, most = candidate.lower[0], candidate.upper[0] if candidate.upper else np.inf
             inside = size if least < size < most else sizes[best[number]]
-            trials.append(Trial(candidate, float(inside), group, float(gain[number, best[number]])))
+            trials.append(ClaimTrial(candidate, float(inside), group, float(gain[number, best[number]])))
         return trials
 
 

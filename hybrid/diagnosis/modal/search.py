@@ -1,8 +1,8 @@
 """The search over claims: sets of causes, each with its recordings, by the modal evidence; one score, one loop.
 
 Begun with nothing wrong and with an unknown change in some recordings. In each round every cause that is not yet in a
-claim is scanned beside the best claims (`scan`), the most promising are fitted, and the best go on to the next round.
-Where nominal values are far off, the first round does so in the structure as drawn, too: one cause may be all of it.
+claim is scanned beside the best claims (`scan_claims`), the most promising are fitted, and the best go on to the next
+round. Where nominal values are far off, the first round does so in the structure as drawn, too: one cause may be all.
 No further cause is sought where a claim leaves no more than models that are right do. Each time others are sought in
 the place of the best claim's last cause, and at last next to each of several; causes without which it is better are
 taken out.
@@ -19,12 +19,12 @@ from fe_models.causes.candidate import Candidate, ModeCandidate
 from hybrid.diagnosis.contest.odds import Odds, log_of_groups
 from hybrid.diagnosis.contest.posterior import PRIOR_NOTHING_WRONG
 from hybrid.diagnosis.modal.claim import Claim
-from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.config import CLAIM_SCAN
 from hybrid.diagnosis.modal.error_sizes import ErrorSizes
 from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim, refitted_errors, with_errors
 from hybrid.diagnosis.modal.inflation import without_doubts_in_frequencies
 from hybrid.diagnosis.modal.modal_data import ModalData
-from hybrid.diagnosis.modal.scan import Recordings, Trial, scan, shows_in_modes, worth_a_fit
+from hybrid.diagnosis.modal.scan import ClaimTrial, Recordings, scan_claims, shows_in_modes, worth_a_fit
 from hybrid.diagnosis.nominal.nodes_at import nodes_at
 from hybrid.diagnosis.parallel import parallel_map
 from hybrid.diagnosis.stage_names import MODAL_CAUSES
@@ -37,13 +37,13 @@ class Touching:
     keys: frozenset[str]
     acts: Recordings
 
-    def has(self, trial: Trial) -> bool:
+    def has(self, trial: ClaimTrial) -> bool:
         """Return whether a trial is one of them."""
         return trial.acts == self.acts and trial.candidate.key in self.keys
 
 
 @dataclass(frozen=True)
-class Search:
+class ClaimSearch:
     """What is searched: ``candidates`` beside the nominal structure of ``measured``; ``odds`` of each beforehand."""
 
     measured: ModalData
@@ -51,7 +51,7 @@ class Search:
     odds: Odds
 
     @classmethod
-    def of(cls, measured: ModalData, candidates: Sequence[Candidate]) -> "Search":
+    def of(cls, measured: ModalData, candidates: Sequence[Candidate]) -> "ClaimSearch":
         """Return the search over those ``candidates`` that modes can tell."""
         own = tuple(candidate for candidate in candidates if shows_in_modes(candidate))
         return cls(measured, own, Odds.among(own, 1.0))
@@ -81,7 +81,7 @@ class Search:
         """Return the log probability of a claim before anything is measured, but for what all have in common."""
         count, prior = len(claim.acts) + bool(claim.changed), 0.0
         for number in range(count):
-            prior += float(np.log(SCAN.further_probability if number else 1 - PRIOR_NOTHING_WRONG))
+            prior += float(np.log(CLAIM_SCAN.further_probability if number else 1 - PRIOR_NOTHING_WRONG))
         for candidate, acts in zip(claim.hypothesis.candidates, claim.acts, strict=True):
             prior += self.odds.log(candidate) + self._log_odds_of_acting(acts)
         if claim.changed:
@@ -121,7 +121,7 @@ class Search:
             if len(best.claim.acts) == number + 1:
                 fits += self._with_causes_exchanged(best, (number,), anywhere=True)
             frontier = self._kept([item for item in fits if len(item.claim.acts) == number + 1])
-            if not frontier or self.score(frontier[0]) <= before + SCAN.min_gain or frontier[0].sizes.are_usual:
+            if not frontier or self.score(frontier[0]) <= before + CLAIM_SCAN.min_gain or frontier[0].sizes.are_usual:
                 break
         tell("other causes in their place")
         best = self.ranked(fits)[0]
@@ -138,12 +138,12 @@ class Search:
             drawn = self._fitted(Start(null.claim, -self.measured.offset, ErrorSizes()), doubts_too=False)
         if drawn is None:
             return []
-        return self._with_another_cause([drawn], least=SCAN.min_share * (null.evidence - drawn.evidence))
+        return self._with_another_cause([drawn], least=CLAIM_SCAN.min_share * (null.evidence - drawn.evidence))
 
     def _kept(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return the best of the fits, that further causes are added to."""
-        ranked = self.ranked(fits)[: SCAN.max_kept]
-        return [item for item in ranked if self.score(item) > self.score(ranked[0]) - SCAN.beam_nats]
+        ranked = self.ranked(fits)[: CLAIM_SCAN.max_kept]
+        return [item for item in ranked if self.score(item) > self.score(ranked[0]) - CLAIM_SCAN.beam_nats]
 
     def run_changes(self, null: ModalFit) -> list[ModalFit]:
         """Return the fits without a cause, of an unknown change in some recordings, too, most probable first."""
@@ -155,7 +155,7 @@ class Search:
             return []
         groups = [group for group in self.groups if len(group) < self.count]
         guessed = [refitted_errors(self.measured, null, Claim(null.claim.hypothesis, (), group)) for group in groups]
-        best = self.ranked(guessed)[: SCAN.max_kept]
+        best = self.ranked(guessed)[: CLAIM_SCAN.max_kept]
         found = [fit_claim(self.measured, item.start) for item in best]
         return [item for item in found if item is not None]
 
@@ -188,15 +188,15 @@ class Search:
         almost = self._with_usual_errors(base) if beside is None else []
         parts = [([self.everywhere] if changed else self.groups, almost or [with_errors(self.measured, base, right)])]
         if changed:
-            hardly = replace(right, change=SCAN.remaining_change * base.sizes.change)
+            hardly = replace(right, change=CLAIM_SCAN.remaining_change * base.sizes.change)
             parts.append(([changed], [with_errors(self.measured, base, hardly)]))
         found = []
         for groups, bases in parts:
             starts = list[Start]()
             for present in bases:
-                found_by_scan = scan(self.measured, present, self.candidates, groups)
+                found_by_scan = scan_claims(self.measured, present, self.candidates, groups)
                 trials = self._ranked_trials([trial for trial in found_by_scan if trial.gain > least])
-                promising = worth_a_fit(trials, SCAN.max_polished // len(bases))
+                promising = worth_a_fit(trials, CLAIM_SCAN.max_polished // len(bases))
                 more = [] if beside is None else [trial for trial in trials[len(promising) :] if beside.has(trial)]
                 starts += [_start(replace(present, sizes=right), trial) for trial in [*promising, *more]]
             found += self._polished(starts)
@@ -219,12 +219,12 @@ class Search:
             fitted.append(self._fitted(start))
         return [item for item in fitted if item is not None]
 
-    def _ranked_trials(self, trials: Sequence[Trial]) -> list[Trial]:
+    def _ranked_trials(self, trials: Sequence[ClaimTrial]) -> list[ClaimTrial]:
         """Return trials by what they may gain of the log posterior, without those that are fitted anyway."""
         own = [trial for trial in trials if len(trial.acts) < self.count or not self._is_fitted_anyway(trial.candidate)]
         return sorted(own, key=lambda trial: -self._promise(trial))
 
-    def _promise(self, trial: Trial) -> float:
+    def _promise(self, trial: ClaimTrial) -> float:
         """Return what a trial may gain of the log posterior."""
         return trial.gain + self.odds.log(trial.candidate) + self._log_odds_of_acting(trial.acts)
 
@@ -245,7 +245,7 @@ class Search:
     def _polished(self, starts: Sequence[Start]) -> list[Start]:
         """Return the best of the starts after a few rounds of fitting, the sizes of errors as they were."""
         items = [item for item in parallel_map(self._fitted, starts) if item is not None]
-        best = sorted(items, key=lambda item: -self.score(item))[: SCAN.max_fitted]
+        best = sorted(items, key=lambda item: -self.score(item))[: CLAIM_SCAN.max_fitted]
         return [item.start for item in best]
 
     def _fitted(self, start: Start, doubts_too: bool = True) -> ModalFit | None:
@@ -254,7 +254,7 @@ class Search:
         ``doubts_too``: with doubts in modes as is likeliest. Values that are far off lead some of these to others'
         places, and without doubts everything else with them.
         """
-        return fit_claim(self.measured, start, SCAN.polishing_rounds, errors_too=False, doubts_too=doubts_too)
+        return fit_claim(self.measured, start, CLAIM_SCAN.polishing_rounds, errors_too=False, doubts_too=doubts_too)
 
     def _with_causes_taken_out(self, fits: Sequence[ModalFit]) -> list[ModalFit]:
         """Return fits in which causes of the best claim are taken out, one by one, as long as it is the better for it:
@@ -277,7 +277,7 @@ class Search:
         others are sought with the values as they are beside it.
         """
         found = list[ModalFit]()
-        for move in range(SCAN.max_moves):
+        for move in range(CLAIM_SCAN.max_moves):
             each = [self._with_cause_exchanged(best, number, anywhere and move == 0) for number in numbers]
             more = [item for fits in each for item in fits]
             found += more
@@ -304,7 +304,7 @@ class Search:
         return [] if base is None else search._with_another_cause([base], beside)
 
 
-def _start(base: ModalFit, trial: Trial) -> Start:
+def _start(base: ModalFit, trial: ClaimTrial) -> Start:
     """Return where a fit begins with a trial more, in the place of an unknown change of the same recordings."""
     claim = base.claim
     changed = () if trial.acts == claim.changed else claim.changed
@@ -318,7 +318,7 @@ def less_one(measured: ModalData, item: ModalFit) -> list[ModalFit]:
     return [own for own in found if own is not None]
 
 
-def probabilities(search: Search, fits: Sequence[ModalFit]) -> FloatArray:
+def probabilities(search: ClaimSearch, fits: Sequence[ModalFit]) -> FloatArray:
     """Return how probable each fit's claim is among all of them (fit,)."""
     scores = np.array([search.score(item) for item in fits])
     weights = np.exp(scores - scores.max())

@@ -20,7 +20,7 @@ from hybrid.diagnosis.modal.error_sizes import (
     LOG_UPPER,
     NOMINAL_KINDS,
     NOMINAL_SCALES,
-    sizes_of,
+    sizes_at,
 )
 from hybrid.diagnosis.modal.evidence import ModalFit, step_of, with_errors
 from hybrid.diagnosis.modal.likely_errors import Likelihood
@@ -67,7 +67,7 @@ def posterior_over_sizes(measured: ModalData, item: ModalFit) -> SizesPosterior 
     within, moved = list[FloatArray](), list[FloatArray]()
     for logs in drawn:
         try:
-            own = with_errors(measured, item, sizes_of(logs))
+            own = with_errors(measured, item, sizes_at(logs))
         except np.linalg.LinAlgError:
             continue
         within.append(own.covariance)
@@ -96,7 +96,7 @@ def _drawn_sizes(item: ModalFit) -> FloatArray:
     def log_density(logs: FloatArray) -> float:
         if (logs < LOG_LOWER).any() or (logs > largest).any():
             return -np.inf
-        sizes = sizes_of(logs)
+        sizes = sizes_at(logs)
         try:
             return likelihood.value(sizes) + sizes.log_prior
         except np.linalg.LinAlgError:  # sizes so small that no numbers hold them
@@ -109,7 +109,7 @@ def _drawn_sizes(item: ModalFit) -> FloatArray:
 def _root_of_covariance(likelihood: Likelihood, logs: FloatArray) -> FloatArray:
     """Return a square root (size, size) of Laplace's covariance about ``logs`` (size,); nowhere beyond the priors'."""
     steps = UNSURE_SIZES.difference_step * np.eye(len(logs))
-    slopes = [(likelihood.at(sizes_of(logs + own))[1] - likelihood.at(sizes_of(logs - own))[1]) for own in steps]
+    slopes = [(likelihood.at(sizes_at(logs + own))[1] - likelihood.at(sizes_at(logs - own))[1]) for own in steps]
     curvature = -np.array(slopes) / (2 * UNSURE_SIZES.difference_step)
     scaled = LOG_ROOT.T @ ((curvature + curvature.T) / 2) @ LOG_ROOT  # in units of the priors
     values, vectors = np.linalg.eigh(scaled)

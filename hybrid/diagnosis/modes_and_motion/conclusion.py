@@ -19,7 +19,7 @@ from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.unsure_sizes import with_unsure_sizes
 from hybrid.diagnosis.modes_and_motion.considered import ConsideredHypothesis, considered_by_modes, considered_laws
-from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, Forecasts
+from hybrid.diagnosis.modes_and_motion.forecasts import ForecastMotion, MotionForecasts
 from hybrid.diagnosis.modes_and_motion.modal_findings import (
     State,
     by_importance,
@@ -60,7 +60,7 @@ class ModalDiagnosis:
     notes: tuple[str, ...]
     seconds: float  # that it took
     has_motion: bool  # whether there were recordings, which show force laws of structures, too
-    forecasts: Forecasts | None  # of the recordings for testing, None where none were made
+    forecasts: MotionForecasts | None  # of the recordings for testing, None where none were made
     groups: int  # how many of the findings, the last ones, are groups that are off
     next_measurement: NextMeasurement | None = None  # that would decide between rivals, None where there are none
     competed: tuple[str, ...] = ()  # kinds of causes
@@ -171,7 +171,9 @@ def _remaining(laws: LawSearch | None, motion: ForecastMotion | None) -> Remaini
     return RemainingDiscrepancy(laws.track.discrepancy, motion.explained.track.discrepancy)
 
 
-def _misfit(measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: Forecasts | None) -> tuple[float, float]:
+def _misfit(
+    measured: ModalData, drawn: ModalFit, best: ModalFit, forecasts: MotionForecasts | None
+) -> tuple[float, float]:
     """Return the misfit of the ``drawn`` structure, and which share of that beyond chance the ``best`` fit leaves."""
     before, rows = misfit_of(measured, drawn, best), len(best.residual)
     beyond = max(misfit_of(measured, best, best) - rows, 0.0)  # of what chance leaves

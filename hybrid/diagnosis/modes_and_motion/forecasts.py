@@ -1,4 +1,4 @@
-"""Forecasts of recordings by the structure as it was drawn, and by that with what was found.
+"""MotionForecasts of recordings by the structure as it was drawn, and by that with what was found.
 
 Either goes on from the first fifth of a recording. What was found goes by its modes as the recordings for training have
 them: a real structure's are some thousandths off those of any model.
@@ -30,7 +30,7 @@ from hybrid.diagnosis.recorded.noise_model import NoiseModel, SensorRoles
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Forecasts:
+class MotionForecasts:
     """The scores of the structure as drawn, ``before``, and with what was found, ``after``; one recording as an
     ``example``; ``roles``: which sensors are measured; ``tolerance``: the user's, see `Assumptions`; whether recordings
     are among them that are ``alone`` in their state, of which but the first fifth was known, and then the forecasts of
@@ -43,7 +43,7 @@ class Forecasts:
     roles: SensorRoles
     tolerance: float = TOLERANCE
     alone: bool = False
-    shared: "Forecasts | None" = None
+    shared: "MotionForecasts | None" = None
 
     @property
     def scores(self) -> dict[str, dict[str, float | None]]:
@@ -81,12 +81,12 @@ class ForecastMotion:
     """A motion as it was ``explained``, and its ``forecasts``, None where none are made."""
 
     explained: MotionFit
-    forecasts: Forecasts | None
+    forecasts: MotionForecasts | None
 
     @classmethod
     def of(cls, dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> "ForecastMotion":
-        """Return the motion with the forecasts of a dataset: see `forecasts_of`."""
-        return cls(motion, forecasts_of(dataset, drawn, motion))
+        """Return the motion with the forecasts of a dataset: see `motion_forecasts_of`."""
+        return cls(motion, motion_forecasts_of(dataset, drawn, motion))
 
     @property
     def is_at_noise(self) -> bool:
@@ -96,7 +96,7 @@ class ForecastMotion:
         return self.forecasts.reach_noise
 
 
-def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Forecasts | None:
+def motion_forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> MotionForecasts | None:
     """Return the forecasts of the recordings for testing by the ``drawn`` structure, and as the ``motion`` was
     explained; without any, those of the recordings for training, each by what was fitted to others (`in_turn`).
 
@@ -115,13 +115,13 @@ def forecasts_of(dataset: Dataset, drawn: NominalFit, motion: MotionFit) -> Fore
     return replace(_joined(each), alone=True, shared=_joined(shared) if shared else None)
 
 
-def _joined(parts: Sequence[Forecasts]) -> Forecasts:
+def _joined(parts: Sequence[MotionForecasts]) -> MotionForecasts:
     """Return the forecasts of all ``parts``, with the example of the first."""
     before, after = joined([part.before for part in parts]), joined([part.after for part in parts])
     return replace(parts[0], before=before, after=after)
 
 
-def _forecasts(left_out: LeftOut, measured: ModalData, drawn: Sequence[ModalSpace]) -> Forecasts:
+def _forecasts(left_out: LeftOut, measured: ModalData, drawn: Sequence[ModalSpace]) -> MotionForecasts:
     """Return the forecasts of the recordings for testing; ``drawn``: the modes of the structure as it was drawn, that
     of ``measured``.
     """
@@ -131,7 +131,7 @@ def _forecasts(left_out: LeftOut, measured: ModalData, drawn: Sequence[ModalSpac
     if left_out.state is not None:
         after = after.of_state(left_out.state)
     example, tolerance = _example(test[0].take([0]), before, after), left_out.dataset.assumptions.tolerance
-    return Forecasts(before.score(test), after.score(test), example, roles, tolerance)
+    return MotionForecasts(before.score(test), after.score(test), example, roles, tolerance)
 
 
 def scored_by(spaces: Sequence[ModalSpace], measured: ModalData, dataset: Dataset, state: int) -> ForecastScore:

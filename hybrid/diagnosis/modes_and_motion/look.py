@@ -15,7 +15,7 @@ from hybrid.diagnosis.modal.config import FIT
 from hybrid.diagnosis.modal.evidence import ModalFit, Start, fit_claim
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
-from hybrid.diagnosis.modal.search import Search
+from hybrid.diagnosis.modal.search import ClaimSearch
 from hybrid.diagnosis.modes_and_motion.measured_in_dataset import as_measured, measured_in
 from hybrid.diagnosis.modes_and_motion.parts_off import parts_surely_off
 from hybrid.diagnosis.nominal.any_model import with_parts_scaled
@@ -57,7 +57,7 @@ class Look:
     @cached_property
     def differs(self) -> bool:
         """Whether an unknown change in some recordings is more probable than none."""
-        search = Search.of(self.measured, ())
+        search = ClaimSearch.of(self.measured, ())
         return search.run_changes(self.drawn)[0].claim.changed != ()
 
 

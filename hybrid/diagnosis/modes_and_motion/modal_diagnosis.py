@@ -24,7 +24,7 @@ from hybrid.diagnosis.modal.all_candidates import all_candidates_of
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.nominal_fit import NominalFit, null_fit
-from hybrid.diagnosis.modal.search import Search, probabilities
+from hybrid.diagnosis.modal.search import ClaimSearch, probabilities
 from hybrid.diagnosis.modes_and_motion.change_gains import gains_of
 from hybrid.diagnosis.modes_and_motion.conclusion import Claims, ModalDiagnosis, ModesAndMotion, concluded
 from hybrid.diagnosis.modes_and_motion.faulty_sensors import notes_on_sensors
@@ -106,7 +106,7 @@ class _ClaimSearch:
     """
 
     nominal_fit: NominalFit
-    search: Search
+    search: ClaimSearch
     fits: list[ModalFit]
     laws: frozenset[str]
 
@@ -129,7 +129,7 @@ def _search_in(nominal_fit: NominalFit) -> _ClaimSearch:
     """Return the search for causes that modes tell, before it is made."""
     candidates = _candidates(nominal_fit.measured)
     laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
-    return _ClaimSearch(nominal_fit, Search.of(nominal_fit.measured, candidates), [nominal_fit.fit], laws)
+    return _ClaimSearch(nominal_fit, ClaimSearch.of(nominal_fit.measured, candidates), [nominal_fit.fit], laws)
 
 
 def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> ModalDiagnosis:

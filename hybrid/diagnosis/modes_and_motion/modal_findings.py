@@ -10,7 +10,7 @@ from fe_models.causes import StiffnessChange
 from fe_models.causes.candidate import ChangeCandidate, LawCandidate
 from hybrid.diagnosis.discrepancy.config import DISCREPANCY
 from hybrid.diagnosis.discrepancy.law_search import LawSearch
-from hybrid.diagnosis.modal.config import SCAN
+from hybrid.diagnosis.modal.config import CLAIM_SCAN
 from hybrid.diagnosis.modal.evidence import ModalFit
 from hybrid.diagnosis.modal.misfit import misfit_of
 from hybrid.diagnosis.modal.modal_data import ModalData
@@ -101,7 +101,7 @@ def probability_of_two(measured: ModalData, best: ModalFit, law: LawCandidate) -
     others = [nodes_at(candidate.location, structure) for candidate in best.claim.hypothesis.candidates]
     if not here or here not in others or len(structure.nodes) == 1:
         return 1.0
-    two = SCAN.further_probability / len(structure.nodes)
+    two = CLAIM_SCAN.further_probability / len(structure.nodes)
     return two / (two + DISCREPANCY.odds_off_list)
 
 

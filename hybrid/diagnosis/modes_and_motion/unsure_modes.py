@@ -12,11 +12,11 @@ from hybrid.diagnosis.modal.evidence import ModalFit, fit_claim
 from hybrid.diagnosis.modal.measured_modes import MeasuredModes
 from hybrid.diagnosis.modal.modal_data import ModalData
 from hybrid.diagnosis.modal.mode_values import FREQUENCY, RATIO
-from hybrid.diagnosis.modal.search import Search, less_one, probabilities
+from hybrid.diagnosis.modal.search import ClaimSearch, less_one, probabilities
 
 
 def ranked_with_unsure_modes(
-    left: Discrepancy, measured: ModalData, search: Search, fits: Sequence[ModalFit]
+    left: Discrepancy, measured: ModalData, search: ClaimSearch, fits: Sequence[ModalFit]
 ) -> tuple[list[ModalFit], FloatArray]:
     """Return the best of the ``fits``, and those less one of the first's causes, most probable first, and how probable
     each claim is (fit,) where modes are as sure as motions tell them with a discrepancy that is ``left``.

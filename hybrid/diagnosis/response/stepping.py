@@ -36,14 +36,14 @@ class Scheme(NamedTuple):
     last: FloatArray
 
 
-class Coordinates(NamedTuple):
+class SteppingBasis(NamedTuple):
     """What motions are stepped in: their ``basis`` (variant, state, coordinate) and its ``inverse``."""
 
     basis: FloatArray
     inverse: FloatArray
 
 
-def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> tuple[Scheme, Coordinates]:
+def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart: bool) -> tuple[Scheme, SteppingBasis]:
     """Return the scheme of a substep ``h`` (s), and its coordinates, for the ``rows`` of G that are felt and for what
     is wanted of the states, ``watch`` (variant, watched, state).
 
@@ -63,7 +63,7 @@ def scheme_of(system: System, h: float, rows: IntArray, watch: FloatArray, apart
     answer = np.stack([later / 2, h / 2 * (G @ B), later], axis=1)  # (variant, stage, row, law)
     columns = (whole, answer, h / 6 * (whole @ B), h / 3 * half_B, h / 6 * B)
     scheme = Scheme(ahead, near, watch @ basis, *(np.ascontiguousarray(part.swapaxes(-2, -1)) for part in columns))
-    return scheme, Coordinates(basis, inverse)
+    return scheme, SteppingBasis(basis, inverse)
 
 
 def _same(A: FloatArray, time: float) -> tuple[FloatArray, FloatArray, FloatArray]:
