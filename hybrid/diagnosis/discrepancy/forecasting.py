@@ -161,7 +161,7 @@ class Forecaster:
 
     def score(self, batches: Sequence[Batch]) -> ForecastScore:
         """Return the scores over the last 80 % of the recordings, of all sensors."""
-        linear, spread = _unforced(self.systems[0]), self.spreads[0]
+        linear, spread = self.systems[0].unforced, self.spreads[0]
         parts = []
         for batch in batches:
             start = partial(start_of, linear, spread, batch.samples, self.roles)
@@ -214,14 +214,9 @@ def _seen_by(system: System, roles: SensorRoles) -> System:
     return replace(system, **parts)
 
 
-def _unforced(system: System) -> System:
-    """Return a system without its force laws."""
-    return replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], G=system.G[:, :0], forces=())
-
-
 def _spread_of(system: System, train: Sequence[Batch], roles: SensorRoles) -> FloatArray:
     """Return the covariance (state, state) of initial states, as the first fifths of recordings have them."""
-    linear = _seen_by(_unforced(system), roles)
+    linear = _seen_by(system.unforced, roles)
     found = []
     for batch in columns_of(tuple(train), roles.measured):
         own = batch.first(shown_of(batch.samples))

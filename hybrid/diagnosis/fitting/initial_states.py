@@ -1,7 +1,5 @@
 """The initial states of recordings of which a stretch is known, for a model that is: the most probable ones."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from fe_models.arrays import FloatArray
@@ -41,14 +39,10 @@ def states_of(
     moved = INITIAL_STATES.difference_step * np.sqrt(np.diag(spread))
     if near is not None:
         return _states_under_laws(system, prior, moved, batch, noise_model, near)
-    linear = replace(system, B=system.B[:, :, :0], D=system.D[:, :, :0], forces=(), G=system.G[:, :0])
-    states, cost = _linear_states(
-        linear, prior, batch.first(_samples(INITIAL_STATES.stretch_shares[0], batch)), noise_model
-    )
-    for share in INITIAL_STATES.stretch_shares:
-        states, cost = _states_under_laws(
-            system, prior, moved, batch.first(_samples(share, batch)), noise_model, states
-        )
+    stretches = [batch.first(_samples(share, batch)) for share in INITIAL_STATES.stretch_shares]
+    states, cost = _linear_states(system.unforced, prior, stretches[0], noise_model)
+    for stretch in stretches:
+        states, cost = _states_under_laws(system, prior, moved, stretch, noise_model, states)
     return states, cost
 
 

@@ -69,7 +69,7 @@ class OneStructure:
     look: Look
 
     @cached_property
-    def _bare(self) -> "_ClaimSearch":
+    def _bare(self) -> "_Searched":
         return _search_in(rebased(self.look.dataset, self.look.nominal_fit))
 
     @cached_property
@@ -100,7 +100,7 @@ class OneStructure:
 
 
 @dataclass(frozen=True, eq=False)
-class _ClaimSearch:
+class _Searched:
     """The ``fits`` of all claims, most probable first, by a ``search`` that begins with the ``nominal_fit``; the kinds
     of force ``laws`` that the structure may have.
     """
@@ -110,7 +110,7 @@ class _ClaimSearch:
     fits: list[ModalFit]
     laws: frozenset[str]
 
-    def searched(self, tell: Callable[[str], object]) -> "_ClaimSearch":
+    def searched(self, tell: Callable[[str], object]) -> "_Searched":
         """Return the same with the fits of all that was tried."""
         return replace(self, fits=self.search.run(self.nominal_fit.fit, tell))
 
@@ -125,14 +125,14 @@ class _ClaimSearch:
         return Claims(self.measured, self.fits, probabilities(self.search, self.fits))
 
 
-def _search_in(nominal_fit: NominalFit) -> _ClaimSearch:
+def _search_in(nominal_fit: NominalFit) -> _Searched:
     """Return the search for causes that modes tell, before it is made."""
     candidates = _candidates(nominal_fit.measured)
     laws = frozenset(own.kind for own in candidates if isinstance(own, LawCandidate))
-    return _ClaimSearch(nominal_fit, ClaimSearch.of(nominal_fit.measured, candidates), [nominal_fit.fit], laws)
+    return _Searched(nominal_fit, ClaimSearch.of(nominal_fit.measured, candidates), [nominal_fit.fit], laws)
 
 
-def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> ModalDiagnosis:
+def _answer(look: Look, known: _Searched, tell: Callable[[str], object]) -> ModalDiagnosis:
     """Return the diagnosis by claims that are ``known``, and by what the motion shows beside them."""
     tell("force laws")
     evidence = _with_motion(look, known)
@@ -140,7 +140,7 @@ def _answer(look: Look, known: _ClaimSearch, tell: Callable[[str], object]) -> M
     return _concluded(look, known, evidence)
 
 
-def _concluded(look: Look, known: _ClaimSearch, evidence: ModesAndMotion) -> ModalDiagnosis:
+def _concluded(look: Look, known: _Searched, evidence: ModesAndMotion) -> ModalDiagnosis:
     """Return what the evidence amounts to, with what was identified and what competed."""
     claims, motion = evidence.claims, evidence.motion
     if motion is not None and motion.explained.law is None:  # a law would have to be taken along
@@ -152,7 +152,7 @@ def _concluded(look: Look, known: _ClaimSearch, evidence: ModesAndMotion) -> Mod
     return replace(answer, notes=(*answer.notes, *about), identified=look.identified, competed=tuple(sorted(kinds)))
 
 
-def _with_motion(look: Look, known: _ClaimSearch, explained: MotionFit | None = None) -> ModesAndMotion:
+def _with_motion(look: Look, known: _Searched, explained: MotionFit | None = None) -> ModesAndMotion:
     """Return the claims, the search for force laws where the claims leave something of the motion, and the motion by
     what was found; None where motion tells no laws, or none was left to look for. ``explained``: the motion by the
     best claim, where it is known.
@@ -176,7 +176,7 @@ def _with_motion(look: Look, known: _ClaimSearch, explained: MotionFit | None = 
     return ModesAndMotion(again.claims, laws, moved)
 
 
-def _without_law(look: Look, known: _ClaimSearch, laws: LawSearch) -> _ClaimSearch | None:
+def _without_law(look: Look, known: _Searched, laws: LawSearch) -> _Searched | None:
     """Return the search for causes in the modes less what the named law does in them; None where these show none."""
     linear = measured_less_law(look.dataset, laws, known.measured)
     null = null_fit(linear)
@@ -185,7 +185,7 @@ def _without_law(look: Look, known: _ClaimSearch, laws: LawSearch) -> _ClaimSear
     return _search_in(rebased(look.dataset, NominalFit(linear, null))).searched(lambda _: None)
 
 
-def _beside_unknown(look: Look, known: _ClaimSearch, laws: LawSearch, motion: ForecastMotion) -> ModesAndMotion:
+def _beside_unknown(look: Look, known: _Searched, laws: LawSearch, motion: ForecastMotion) -> ModesAndMotion:
     """Return the claims, and the motion by the best of them, as something that no law on the list is moves the modes;
     what there was, where nothing does.
     """

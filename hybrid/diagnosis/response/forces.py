@@ -8,13 +8,10 @@ from hybrid.diagnosis.nominal.nominal_model import NominalModel
 from hybrid.diagnosis.response.system import Force
 
 
-def law_in_motion(law: Any) -> Force:
-    """Return the force of a law that does not depend on time."""
-    return lambda u, v: law.force(u, v)
-
-
 def force_of(candidate: LawCandidate, nominal: NominalModel, values: FloatArray, stiffnesses: FloatArray) -> Force:
     """Return the force of a law of ``values`` (variant, parameter); ``stiffnesses`` (variant, part): factors."""
     cause: Any = candidate.build(*(values[:, i, None] for i in range(values.shape[1])))
     law = cause.law(nominal.built)
-    return law_in_motion(law if candidate.part is None else law.with_stiffness(stiffnesses[:, candidate.part, None]))
+    own = law if candidate.part is None else law.with_stiffness(stiffnesses[:, candidate.part, None])
+    force: Force = own.force
+    return force

@@ -11,7 +11,7 @@ from fe_models.causes.candidate import HarmonicCandidate, LawCandidate, LoadCand
 from fe_models.recordings import Sensor, of_each_quantity
 from hybrid.diagnosis.recorded.sensor_outputs import SensorOutputs
 from hybrid.diagnosis.response.dashpots import with_trailing
-from hybrid.diagnosis.response.forces import force_of, law_in_motion
+from hybrid.diagnosis.response.forces import force_of
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.load_input import feedthrough, load_input_of
 from hybrid.diagnosis.response.reduced_model import ReducedModel
@@ -107,7 +107,7 @@ def _away_from_zero(gain: FloatArray) -> FloatArray:
 def _laws(hypothesis: Hypothesis, theta: FloatArray) -> list[tuple[FloatArray, Force]]:
     """Return pull (dof,) and force of each law: the nominal model's, then the candidates'."""
     nominal, stiffnesses = hypothesis.nominal, np.exp(theta[:, : len(hypothesis.nominal.parts)])
-    found = [(nominal.pull(law), law_in_motion(law)) for law in nominal.laws]
+    found: list[tuple[FloatArray, Force]] = [(nominal.pull(law), law.force) for law in nominal.laws]
     for candidate, part in hypothesis.each(LawCandidate):
         found.append((candidate.pull, force_of(candidate, nominal, theta[:, part], stiffnesses)))
     return found

@@ -101,6 +101,11 @@ class System:
         """Whether no force law acts."""
         return not self.forces
 
+    @property
+    def unforced(self) -> "System":
+        """The system without its force laws."""
+        return replace(self, B=self.B[:, :, :0], D=self.D[:, :, :0], G=self.G[:, :0], forces=())
+
     def only(self, variant: int) -> "System":
         """Return one variant of a linear system."""
         one = slice(variant, variant + 1)
