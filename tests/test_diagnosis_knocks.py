@@ -14,6 +14,7 @@ from fe_models.structure import Damping, PointMass, Spring, Structure
 from hybrid.diagnosis.report import report_table
 from hybrid.diagnosis.series_diagnosis import diagnose_series as diagnose
 from hybrid.known_loads.behind_lowpass import behind
+from hybrid.known_loads.quiet_loads import at_rest_as_zero, with_quiet_loads
 from hybrid.known_loads.short_knocks import after_loads, without_short_knocks
 
 RATE, FINE, SAMPLES, LOWPASS = 1000.0, 50, 600, 300.0  # Hz, steps to a sample, samples, Hz
@@ -124,6 +125,45 @@ def test_what_comes_after_loads_is_most_of_a_recording_or_all_of_it_stays() -> N
     late = replace(second, loads=tuple(replace(load, values=np.roll(load.values, -150)) for load in second.loads))
     assert after_loads(late) is late
     assert after_loads(after) is after
+
+
+def test_noise_of_a_load_cell_at_rest_is_no_force() -> None:
+    """Less the offset, a blow stays as it is; 8 samples beside it cover what a filter's ringing has above the noise."""
+    rng = np.random.default_rng(2)
+    passed = lowpassed(500 * knock(0.003)[:, None], RATE * FINE, LOWPASS)[::FINE, 0]
+    noise = 0.5 * rng.standard_normal(passed.shape)
+    found = at_rest_as_zero(passed + noise + 3.0)
+    acts = np.abs(passed) > 10 * 0.5
+    assert acts.sum() >= 4
+    np.testing.assert_allclose(found[acts], (passed + noise)[acts], atol=0.1)  # of the median of 600 values: 0.025
+    assert (found[:80] == 0).all()
+    assert (found[140:] == 0).all()
+
+
+@pytest.mark.parametrize("kind", ["exact", "random", "sweep", "steady", "ringing"])
+def test_a_load_that_is_never_at_rest_or_without_noise_stays_as_it_is(kind: str) -> None:
+    rng, time = np.random.default_rng(3), np.arange(SAMPLES) / RATE
+    passed = lowpassed(500 * knock(0.02)[:, None], RATE * FINE, LOWPASS)[::FINE, 0]
+    values = {
+        "exact": 500 * knock(0.02)[::FINE],
+        "random": rng.standard_normal(SAMPLES),
+        "sweep": np.sin(2 * np.pi * (5 * time + 100 * time**2)),
+        "steady": np.full(SAMPLES, 3.0),
+        "ringing": passed + 1e-12 * rng.standard_normal(SAMPLES),
+    }[kind]
+    assert at_rest_as_zero(values) is values
+
+
+def test_a_note_names_the_recordings_whose_loads_were_noise_at_rest() -> None:
+    dataset, rng = knocked(0.02), np.random.default_rng(4)
+    first, *others = dataset.recordings
+    (load,) = first.loads
+    noisy = replace(load, values=load.values + 0.5 * rng.standard_normal(load.values.shape))
+    given = replace(dataset, recordings=(replace(first, loads=(noisy,)), *others))
+    found, notes = with_quiet_loads(given)
+    assert notes == ["beside their blows the forces of k0 are noise of the load cell: there they count as zero"]
+    assert found.recordings[1:] == given.recordings[1:]
+    assert with_quiet_loads(dataset) == (dataset, [])
 
 
 @pytest.mark.slow

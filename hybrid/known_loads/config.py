@@ -44,6 +44,17 @@ class ShortKnocksConfig:
 
 
 @dataclass(frozen=True)
+class QuietLoadsConfig:
+    """Loads that are at rest most of the time."""
+
+    min_acting_sigma: float = 5.0  # standard deviations of the noise at rest: one of a million values is so far off
+    min_blow_sigma: float = 50.0  # likewise, of the largest value: a blow; of random forces hardly one reaches six
+    max_acting_share: float = 0.2  # of all samples
+    min_noise_share: float = 1e-6  # of the largest value: less is what filters leave of a blow, or rounding
+    samples_beside: int = 8  # in which a blow rises and a filter's ringing sinks into the noise
+
+
+@dataclass(frozen=True)
 class ModalInputConfig:
     """Known loads on modes."""
 
@@ -56,4 +67,5 @@ class ModalInputConfig:
 POWER_BEYOND = PowerBeyondConfig()
 BEHIND_LOWPASS = BehindLowpassConfig()
 SHORT_KNOCKS = ShortKnocksConfig()
+QUIET_LOADS = QuietLoadsConfig()
 MODAL_INPUT = ModalInputConfig()

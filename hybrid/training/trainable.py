@@ -10,6 +10,7 @@ from fe_models.nominal import nominal_modes
 from fe_models.recordings import Dataset, Recording
 from hybrid.identification.excitation import Course
 from hybrid.identification.unstated_excitation import unstated_course
+from hybrid.known_loads.quiet_loads import with_quiet_loads
 from hybrid.known_loads.short_knocks import without_short_knocks
 
 TOLD_BY_DATA = (
@@ -42,8 +43,9 @@ def trainable(dataset: Dataset) -> Dataset:
 
 def at_one_rate(dataset: Dataset) -> Dataset:
     """Return the dataset at one rate; of knocks that samples do not tell what comes after them alone, with a note."""
-    known, notes = without_short_knocks(dataset.of_one_rate("training"))
-    return replace(known, notes=(*known.notes, *notes)) if notes else known
+    known, quiet = with_quiet_loads(dataset.of_one_rate("training"))
+    known, knocked = without_short_knocks(known)
+    return replace(known, notes=(*known.notes, *quiet, *knocked)) if quiet or knocked else known
 
 
 def as_moved(dataset: Dataset, first: float) -> Dataset:

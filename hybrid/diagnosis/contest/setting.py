@@ -43,6 +43,7 @@ from hybrid.diagnosis.recorded.unit_check import other_sizes
 from hybrid.diagnosis.response.hypothesis import Hypothesis
 from hybrid.diagnosis.response.load_removal import without_load_response
 from hybrid.diagnosis.response.marching import is_too_fast
+from hybrid.known_loads.quiet_loads import with_quiet_loads
 from hybrid.known_loads.short_knocks import without_short_knocks
 
 UNLIKE = "noise goes with {pattern}: each recording counts by its own"
@@ -125,6 +126,7 @@ def _too_fast(nominal: NominalModel) -> list[str]:
 def setting_of(dataset: Dataset) -> Setting:
     """Return the setting of a dataset; `InputError` where it cannot be diagnosed."""
     other_end = unstated_lowpass(dataset)
+    dataset, quiet = with_quiet_loads(dataset)
     dataset, knocked = without_short_knocks(dataset)
     dataset, rung = without_ringing_ends(dataset)
     dataset, unusable = usable(dataset)
@@ -152,6 +154,7 @@ def setting_of(dataset: Dataset) -> Setting:
     unlike = () if levels.are_alike or searched is not noise_model else (UNLIKE.format(pattern=levels.pattern.value),)
     notes = (
         *other_end,
+        *quiet,
         *knocked,
         *rung,
         *unusable,
