@@ -11,7 +11,9 @@ from benchmarks import ablations, ambient_frame, bridge, chain, cost, loaded_cha
 from benchmarks.row import Row, Section, table
 from fe_models.built_in.four_dof import four_dof
 from fe_models.dofs import structure_dofs
+from fe_models.errors import raise_faults
 from fe_models.files.atomic import write_json
+from fe_models.files.bridge_recordings import missing_recordings
 from fe_models.files.modal_file import load_modal_model
 from fe_models.linear import ModalModel
 from fe_models.progress import progress_bar
@@ -32,6 +34,7 @@ def run_sections(
     wanted: Sequence[Section], modal_model: Path | None, recordings: Path | None, seed: int, quick: bool, out: Path
 ) -> None:
     """Measure the ``wanted`` sections, all where none is named; write and print the table."""
+    raise_faults([] if recordings is None else missing_recordings(recordings))  # before minutes of other sections
     modal = modal_model_of(modal_model, seed)
     torch.set_num_threads(1)
     found: list[Row] = []

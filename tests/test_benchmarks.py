@@ -120,6 +120,12 @@ def test_each_option_of_the_benchmark_belongs_to_a_run() -> None:
     assert set(signature(benchmark).parameters) - {"context"} == known - {""}
 
 
+def test_recordings_that_are_not_there_are_named_before_any_section(tmp_path: Path) -> None:
+    result = CliRunner().invoke(app, ["--recordings", str(tmp_path / "none")])
+    assert result.exit_code == 2
+    assert result.stderr.count("no such file; the bridge's recordings") == 4
+
+
 def test_a_modal_model_that_is_not_there_is_named(tmp_path: Path) -> None:
     result = CliRunner().invoke(app, ["--modal-model", str(tmp_path / "none.npz"), "--only", "speed"])
     assert result.exit_code == 2

@@ -3,7 +3,10 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
+from fe_models.errors import InputError
+from hybrid.diagnosis.modes_and_motion.measured_in_dataset import measured_in
 from hybrid.diagnosis.recorded.faulty_channels import saturation_levels, stuck_samples, usable
 from tests.chain_case import CASE, NAMES, clipped, with_data
 
@@ -28,6 +31,14 @@ def test_recording_in_which_nothing_moves_is_left_out_with_no_sensor() -> None:
     sound, (note,) = usable(with_data(CASE, {"r02": motions}))
     assert note == "no sensor changes in 1 of the 2 motions of r02: left out"
     assert len(sound.recordings) == 4
+
+
+@pytest.mark.parametrize("value", [0.0, np.nan])
+def test_modes_of_a_recording_in_which_nothing_moves_are_refused_by_its_name(value: float) -> None:
+    """By series it is left out, with the note above."""
+    still = with_data(CASE, {"r02": np.full_like(CASE.recordings[1].data, value)})
+    with pytest.raises(InputError, match="recording 'r02': no sensor changes in it"):
+        measured_in(still, lambda _: None)
 
 
 def test_recording_in_which_most_sensors_are_dead_is_left_out_rather_than_these() -> None:

@@ -38,6 +38,16 @@ def bridge_sensors(held_out: str | None = "A2", unit: str = "1") -> tuple[Sensor
     )
 
 
+def missing_recordings(folder: Path, without: tuple[int, ...] = ()) -> list[str]:
+    """Return a fault for each of the recordings, but those that are left out, that is not in a ``folder``."""
+    missing = [path for path in _files(folder, without).values() if not path.is_file()]
+    return [f"{path}: no such file; the bridge's recordings are acc_measured1.mat to 4" for path in missing]
+
+
+def _files(folder: Path, without: tuple[int, ...]) -> dict[int, Path]:
+    return {number: folder.resolve() / f"acc_measured{number}.mat" for number in RECORDINGS if number not in without}
+
+
 def write_bridge_dataset(
     folder: Path, out: Path, test: int, held_out: str | None = "A2", without: tuple[int, ...] = ()
 ) -> Path:
@@ -51,10 +61,8 @@ def write_bridge_dataset(
         faults.append(f"test recording {test} does not exist; expected one of {', '.join(map(str, RECORDINGS))}")
     if held_out is not None and held_out not in PLACES:
         faults.append(f"held-out sensor {held_out!r} does not exist; expected one of {', '.join(PLACES)}")
-    files = {number: folder.resolve() / f"acc_measured{number}.mat" for number in RECORDINGS if number not in without}
-    missing = [path for path in files.values() if not path.is_file()]
-    faults.extend(f"{path}: no such file; the bridge's recordings are acc_measured1.mat to 4" for path in missing)
-    raise_faults(faults)
+    files = _files(folder, without)
+    raise_faults(faults + missing_recordings(folder, without))
     document: Table = {
         "schema": 1,
         "model": "bridge",

@@ -122,6 +122,8 @@ def _frame(
         step=given.step,
         gravity=STANDARD_GRAVITY if given.gravity is None else given.gravity,
     )
+    if given.step is not None and not 0 < given.step < np.inf:
+        faults.append(f"--step {given.step:g}: must be positive, s")
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
 
     def simulated() -> Dataset:

@@ -67,6 +67,8 @@ def _identified(dataset: Dataset, nominal: NominalModel, tell: Callable[[str], o
         tell(recording.name)
         rate = dataset.rate_of(recording)
         motions = [motion[:, columns] for motion in recording.data]
+        if not any((np.ptp(motion, axis=0) > 0).any() for motion in motions):
+            raise InputError(f"recording {recording.name!r}: no sensor changes in it: dead sensors? leave it out")
         highest = dataset.lowpass or rate / 2
         found[recording.name] = identify(motions, rate, slowest, highest, orders, recording.excitation)
     return found
