@@ -2,7 +2,7 @@
 
 import subprocess
 import sys
-from importlib.metadata import EntryPoint, EntryPoints
+from importlib.metadata import EntryPoint, EntryPoints, version
 from pathlib import Path
 
 import pytest
@@ -99,3 +99,9 @@ def test_the_installed_command_simulates_what_it_then_builds_on(tmp_path: Path) 
     assert coarse.stdout.splitlines() == [str(tmp_path / "dataset.toml")]
     assert "warning: time step 0.002 s" in coarse.stderr
     assert "leave --step out" in coarse.stderr
+
+
+def test_the_command_says_its_version() -> None:
+    result = CliRunner().invoke(main_app(), ["--version"])
+    assert result.exit_code == 0
+    assert result.output == f"hybrid-modal {version('hybrid-modal')}\n"

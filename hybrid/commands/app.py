@@ -1,5 +1,7 @@
 """The command `hybrid-modal` with its sub-commands."""
 
+from typing import Annotated
+
 import typer
 
 from hybrid.commands import benchmark
@@ -17,6 +19,22 @@ from hybrid.commands.watch import watch
 COMMANDS = (build, simulate, train, predict, render, diagnose, watch, compare, inspect)
 
 
+def _show_version(asked: bool) -> None:
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(f"hybrid-modal {version('hybrid-modal')}")
+        raise typer.Exit
+
+
+def _main(
+    show: Annotated[
+        bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version, and exit.")
+    ] = False,
+) -> None:
+    """Take the options that stand before a sub-command."""
+
+
 def main_app() -> typer.Typer:
     """Return the command with all its sub-commands, those of other distributions among them."""
     app = new_app(
@@ -29,6 +47,7 @@ def main_app() -> typer.Typer:
         hybrid-modal diagnose runs/data/dataset.toml --out runs/diagnosis
         """,
     )
+    app.callback()(_main)
     for command in COMMANDS:
         app.command()(command)
     app.command("benchmark")(benchmark.command())
