@@ -260,7 +260,7 @@ def test_matrices_in_space_are_built_and_shaken_as_simulate_does(tmp_path: Path)
         (("bridge", "--simulate", "--noise", "1 m/s^2", "--noise", "2"), ["--noise: give either one number"]),
         (("four_dof", "--simulate", "--pull", "3:x:3", "--noise", "3"), ["--pull: four_dof", "--noise: four_dof"]),
         (("bridge", "--simulate", "--realisations", "3"), ["--realisations: is for chains"]),
-        (("bridge", "--simulate", "--step", "0"), ["--step 0: must be positive"]),
+        (("bridge", "--simulate", "--step", "0"), ["step = 0.0; must be positive"]),
     ],
 )
 def test_faults_are_one_line_each_and_leave_no_dataset(

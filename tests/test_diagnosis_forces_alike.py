@@ -7,7 +7,7 @@ from fe_models.causes.candidate import HarmonicCandidate
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Recording, Sensor
 from fe_models.structure import Beam, Damping, PointMass, Structure, Support
-from hybrid.diagnosis.contest.config import HARMONIC
+from hybrid.diagnosis.contest.config import HARMONIC_SEARCH
 from hybrid.diagnosis.contest.growing import reference_fits_of
 from hybrid.diagnosis.contest.search import contest
 from hybrid.diagnosis.contest.setting import setting_of
@@ -57,6 +57,6 @@ def test_harmonic_forces_at_all_nodes_that_promise_alike_are_fitted() -> None:
     )
     assert ground is not None
     forces = tuple(c for c in setting.candidates() if isinstance(c, HarmonicCandidate))
-    assert len(forces) > HARMONIC.neighbours
+    assert len(forces) > HARMONIC_SEARCH.neighbours
     found = contest(ground, forces, setting.lengths, setting.noise_model)
     assert {item.hypothesis.candidates[0].key for item in found} == {candidate.key for candidate in forces}

@@ -28,7 +28,7 @@ def _show_version(asked: bool) -> None:
 
 
 def _main(
-    show: Annotated[
+    show_version: Annotated[
         bool, typer.Option("--version", callback=_show_version, is_eager=True, help="Print the version, and exit.")
     ] = False,
 ) -> None:

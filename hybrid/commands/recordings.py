@@ -27,6 +27,7 @@ from fe_models.four_dof_data import paper_dataset
 from fe_models.modes import natural_modes
 from fe_models.recordings import Dataset, Quantity, Sensor
 from fe_models.simulation import FreeConfig, ReleaseConfig
+from fe_models.simulation_size import length_faults
 from fe_models.statics import STANDARD_GRAVITY, PointLoad
 from fe_models.structure import ROTATIONS, TRANSLATIONS, Beam, Cable, Direction, Structure
 from fe_models.synthetic import (
@@ -122,9 +123,8 @@ def _frame(
         step=given.step,
         gravity=STANDARD_GRAVITY if given.gravity is None else given.gravity,
     )
-    if given.step is not None and not 0 < given.step < np.inf:
-        faults.append(f"--step {given.step:g}: must be positive, s")
     raise_faults(faults + check_release(structure, releases, sensors, acquisition))
+    raise_faults(length_faults(config.duration, config.sampling_rate, config.step))
 
     def simulated() -> Dataset:
         step = time_step(structure, acquisition.band, given.step)

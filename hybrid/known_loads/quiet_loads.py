@@ -11,20 +11,15 @@ from scipy.stats import median_abs_deviation
 
 from fe_models.arrays import FloatArray
 from fe_models.recordings import Dataset, Recording
+from hybrid.known_loads.changed_recordings import with_changed_recordings
 from hybrid.known_loads.config import QUIET_LOADS
+
+NOTE = "beside their blows the forces of {names} are noise of the load cell: there they count as zero"
 
 
 def with_quiet_loads(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return a dataset whose loads are zero where their load cells are at rest, and a note on those that were not."""
-    recordings, names = [], []
-    for recording in dataset.recordings:
-        quiet = _quiet(recording)
-        recordings.append(quiet)
-        names += [recording.name] * (quiet is not recording)
-    if not names:
-        return dataset, []
-    note = f"beside their blows the forces of {', '.join(names)} are noise of the load cell: there they count as zero"
-    return replace(dataset, recordings=tuple(recordings)), [note]
+    return with_changed_recordings(dataset, _quiet, NOTE)
 
 
 def _quiet(recording: Recording) -> Recording:

@@ -12,23 +12,18 @@ import numpy as np
 from fe_models.arrays import FloatArray, IntArray
 from fe_models.recordings import Dataset, Recording
 from fe_models.spectra import line_frequencies
+from hybrid.known_loads.changed_recordings import with_changed_recordings
 from hybrid.known_loads.config import SHORT_KNOCKS
+
+NOTE = (
+    "the knocks of {names} are too short for their samples to tell their force: what comes after them is taken as free"
+    " decay; a faster sampling, or an anti-aliasing filter, would tell it"
+)
 
 
 def without_short_knocks(dataset: Dataset) -> tuple[Dataset, list[str]]:
     """Return a dataset whose recordings of such knocks begin when these are over, without loads, and a note on them."""
-    recordings, names = [], []
-    for recording in dataset.recordings:
-        after = after_short_knock(recording)
-        recordings.append(after)
-        names += [recording.name] * (after is not recording)
-    if not names:
-        return dataset, []
-    note = (
-        f"the knocks of {', '.join(names)} are too short for their samples to tell their force: what comes after them"
-        " is taken as free decay; a faster sampling, or an anti-aliasing filter, would tell it"
-    )
-    return replace(dataset, recordings=tuple(recordings)), [note]
+    return with_changed_recordings(dataset, after_short_knock, NOTE)
 
 
 def after_short_knock(recording: Recording) -> Recording:

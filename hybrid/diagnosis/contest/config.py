@@ -109,7 +109,7 @@ class PairConfig:
 
 
 @dataclass(frozen=True)
-class HarmonicConfig:
+class HarmonicSearchConfig:
     """Harmonic forces of unknown frequency."""
 
     # in the sum of squares, for each recording: its two entries of the initial state cost as much
@@ -163,6 +163,6 @@ SEGMENTS = SegmentConfig()
 STAGE = StageConfig()
 NEIGHBOURS = NeighbourConfig()
 PAIRS = PairConfig()
-HARMONIC = HarmonicConfig()
+HARMONIC_SEARCH = HarmonicSearchConfig()
 GROUPS = GroupConfig()
 WRONG_UNIT = WrongUnitConfig()

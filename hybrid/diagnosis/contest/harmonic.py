@@ -8,7 +8,7 @@ from fe_models.arrays import FloatArray
 from fe_models.causes.candidate import Candidate
 from hybrid.diagnosis.config import THREADS
 from hybrid.diagnosis.contest.bounds import bound_of
-from hybrid.diagnosis.contest.config import HARMONIC
+from hybrid.diagnosis.contest.config import HARMONIC_SEARCH
 from hybrid.diagnosis.contest.starts import best_start
 from hybrid.diagnosis.fitting.calibration_deviation import goes_far, within
 from hybrid.diagnosis.fitting.least_squares import Fit, fit
@@ -49,13 +49,13 @@ def _beside_the_drawn(
     if not goes_far(base) or not base.hypothesis.is_linear:
         return []
     forces = _screened_at(within(base, 0.0), base, candidates, noise_model)
-    apart = HARMONIC.min_lines_apart * noise_model.rate / max(batch.samples for batch in base.batches)
+    apart = HARMONIC_SEARCH.min_lines_apart * noise_model.rate / max(batch.samples for batch in base.batches)
     lines: list[Screened] = []  # the best place of each frequency
     for trial in forces:
         if all(abs(trial.start[0] - line.start[0]) > apart for line in lines):
             lines.append(trial)
     refined = partial(_refined, base, noise_model, bound_of([base, *rivals]))
-    found = [item for item in parallel_map(refined, lines[: HARMONIC.max_fitted]) if item is not None]
+    found = [item for item in parallel_map(refined, lines[: HARMONIC_SEARCH.max_fitted]) if item is not None]
     advance()
     if not _lead(found, rivals):
         return found
@@ -78,7 +78,7 @@ def _screened_at(
 
 
 def _worth_it(base: Fit, forces: list[Screened]) -> list[Screened]:
-    return [trial for trial in forces if trial.gain > HARMONIC.min_fall_per_recording * count_of(base.batches)]
+    return [trial for trial in forces if trial.gain > HARMONIC_SEARCH.min_fall_per_recording * count_of(base.batches)]
 
 
 def _fit_best(
@@ -90,17 +90,17 @@ def _fit_best(
     found: list[Fit] = []
     is_chain, linear = base.hypothesis.nominal.is_chain, base.hypothesis.is_linear
     # beside a frame's law each takes five seconds, and they are alike
-    least = HARMONIC.max_fitted if is_chain or linear else 1
-    trials = forces[: HARMONIC.max_fitted if is_chain or not linear else HARMONIC.max_neighbours]
+    least = HARMONIC_SEARCH.max_fitted if is_chain or linear else 1
+    trials = forces[: HARMONIC_SEARCH.max_fitted if is_chain or not linear else HARMONIC_SEARCH.max_neighbours]
     for number, two in enumerate(in_chunks(trials)):
         tried = number * THREADS.motions
         if tried >= least and not _lead(found, rivals):
             break
         behind = forces[0].gain - two[0].gain
-        if tried >= HARMONIC.neighbours and min(item.charged for item in found) + behind > bound_of(found):
+        if tried >= HARMONIC_SEARCH.neighbours and min(item.charged for item in found) + behind > bound_of(found):
             break
         bound = bound_of([base, *rivals, *found])
-        near = [trial for trial in two if base.cost - HARMONIC.underrated * trial.gain < bound]
+        near = [trial for trial in two if base.cost - HARMONIC_SEARCH.underrated * trial.gain < bound]
         found += [item for item in parallel_map(partial(_refined, base, noise_model, bound), near) if item is not None]
         advance()
     return found
